@@ -204,6 +204,8 @@ def without(values, name):
 DAMAGES = {
     "end": lambda run: run.assign_attrs(end="soon"),
     "statistics": lambda run: run.assign_attrs(statistics="[]"),
+    "trusted_contacts": lambda run: run.assign_attrs(trusted_contacts="[]"),
+    "joint_peak_force_time": lambda run: run.drop_vars("joint_peak_force_time"),
     "position": lambda run: run.assign(position=without(run["position"], "units")),
     "kinetic_energy": lambda run: run.assign(kinetic_energy=run["kinetic_energy"].where(run["time"] != run["time"][1])),
     "contact_joint": lambda run: run.drop_vars("contact_joint"),

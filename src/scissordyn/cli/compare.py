@@ -62,10 +62,12 @@ def compare(
 
 def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, str]) -> None:
     from scissordyn.casefile.configuration import read_configuration
+    from scissordyn.file.run_check import check_names
     from scissordyn.record.sampling import check_whole
 
     described = [read_configuration(run) for run in (first, second)]
     for run, configuration in zip((first, second), described, strict=True):
+        check_names(run, configuration.mechanism)
         check_whole(run, configuration.options, "comparison")
     entries = list(differences(described[0], described[1]))
     if entries:

@@ -202,7 +202,7 @@ def _replay(
     saved = load(path)
     configuration = read_configuration(saved)
     until = 0.0 if configuration.options is None else configuration.options.until
-    if saved.attrs["status"] == "interrupted" and not silent:
+    if str(saved.attrs.get("status")) == "interrupted" and not silent:
         print(_computed_again(path, saved, until, kept=keeper is not None), file=sys.stderr)
     with progress_bar(until) as progress:
         result = replay_results(saved, allow_code=allow_code, progress=progress, checkpoint=keeper)

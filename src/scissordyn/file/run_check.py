@@ -44,6 +44,17 @@ CONTACT_VARIABLES = (
 # variables along the dimension `event`, with NumPy's letter for the kind of their values
 EVENT_VARIABLES = {"event_time": "f", "event_loss": "f", "event_name": "U", "event_kind": "U"}
 
+PEAK_DIMS = {
+    "joint_peak_force": "joint",
+    "weld_peak_force": "weld",
+    "peak_drive_torque": "drive",
+    "peak_coordinate_drive_force": "coordinate_drive",
+    "peak_coupling_force": "coupling",
+}
+"""Dimensions of largest values; a run with one of them has its instant too, as `NAME_time`."""
+
+UNIT_DIMS = ("coordinate_drive", "coupling")  # dimensions along which units differ, each with a variable `DIM_unit`
+
 NAME_COORDINATES = ("body", "joint", "axis")  # coordinates of a run whose entries are names
 
 TEXT_ATTRIBUTES = ("status", "cause", "configuration")  # attributes of every run that are texts
@@ -67,6 +78,12 @@ def check_run(run: xr.Dataset) -> None:
     if "indentation" in run or run.sizes.get("contact"):
         for name, dims in JOINT_VARIABLES.items():
             _check_dims(run, name, dims)
+    for name, dim in PEAK_DIMS.items():
+        if name in run:
+            _check_dims(run, name, (dim,))
+            _check_dims(run, f"{name}_time", (dim,))
+            if dim in UNIT_DIMS:
+                _check_dims(run, f"{dim}_unit", (dim,))
     if "contact" in run.sizes:
         _check_contacts(run)
     if "event" in run.sizes:
@@ -93,7 +110,8 @@ def _check_attributes(attributes: dict[Any, Any]) -> None:
             raise InputError(
                 f"damaged run: the attribute '{name}' is {shown(attributes.get(name))}", f"a text, in {EXPECTED_RUN}"
             )
-    for name, always in (("end", True), ("trusted_until", False)):
+    has_horizon = attributes.get("trusted_until") is not None
+    for name, always in (("end", True), ("trusted_until", False), ("trusted_contacts", has_horizon)):
         value = attributes.get(name)
         if (always or value is not None) and not (is_number(value) and np.isfinite(float(value))):  # type: ignore[arg-type]
             raise InputError(f"damaged run: the attribute '{name}' is {shown(value)}", f"a finite number, in {EXPECTED_RUN}")

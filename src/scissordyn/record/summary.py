@@ -362,7 +362,7 @@ def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
                 torque = math.inf  # near this position the torque grows with each step: no finite largest value exists
             yield ActuatorAnswer(name, "drive", torque, when, None, 0.0)
     for dim, kind in (("coordinate_drive", "drive"), ("coupling", "coupling")):
-        if dim not in run:
+        if f"peak_{dim}_force" not in run:
             continue
         columns = (run[name].values.tolist() for name in (dim, f"{dim}_unit", f"peak_{dim}_force", f"peak_{dim}_force_time"))
         for name, unit, force, when in zip(*columns, strict=True):

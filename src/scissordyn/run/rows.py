@@ -135,8 +135,7 @@ class Worker:
                 driver = slot.begin_case(case(case_index), self.options)
                 slot.path = self._compare(driver) if self.compares else None
                 if self.sampled or self.records:
-                    count = self.options.count if self.sampled else COARSE_SAMPLES
-                    driver.sample_at(np.linspace(0.0, self.options.until, count))
+                    driver.sample_at(np.linspace(0.0, self.options.until, self._sample_count()))
                 if self.records:
                     driver.record_steps(inside=True, most=RECORDED_STEPS_MAX)
                 ready.append((case_index, slot, driver))
@@ -160,6 +159,12 @@ class Worker:
             rows.append(self._row(case_index, slot, ended, advance_seconds))
         self.seconds = (clocks.thread_time() - start) / len(group)
         return rows
+
+    def _sample_count(self) -> int:
+        """Return the number of samples of a case: with dry contacts the ends of steps are dense enough for largest forces."""
+        if self.sampled:
+            return self.options.count
+        return 2 if len(self.base.contacts) > len(self.base.lubricated) else COARSE_SAMPLES
 
     def _row(self, case: int, slot: _Slot, ended: Ended, seconds: float = math.nan) -> Row:
         """Return the measures and warnings of a complete case; without `seconds`, it has only measures that need no run."""

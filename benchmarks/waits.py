@@ -176,7 +176,7 @@ def measure(folders: Sequence[Path], rounds: int) -> str:
         numbers = _medians(folders, partial(_command, arguments=arguments), rounds)
         commands.append([name, *(f"{wall:.2f} ({memory:.0f})" for wall, memory in numbers), goal])
     for one in MANY:
-        numbers = _medians(folders, partial(_in_process, one=one, many=True), rounds)
+        numbers = _medians(folders, partial(_in_process, one=one, many=True), min(rounds, 3))
         many.append([one.name, *(f"{rate:.0f}" for rate, *_ in numbers), one.goal])
     return "\n".join(
         (

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy
@@ -103,7 +104,7 @@ def _compiler() -> str:
     return " ".join(part.decode() for part in named.groups() if part) if named else "a C compiler without a name"
 
 
-def command(name: str, measure: Callable[[bool], str]) -> None:
+def command(name: str, measure: Callable[..., str], options: Mapping[str, Mapping[str, Any]] | None = None) -> None:
     """Run one benchmark from the command line.
 
     Parameters
@@ -111,18 +112,25 @@ def command(name: str, measure: Callable[[bool], str]) -> None:
     name : str
         Name of the page that ``--write`` saves in docs/decisions/measured.
     measure : callable
-        Function from `quick` to a Markdown page.
+        Function from `quick`, and the values of further options, to a Markdown page.
+    options : mapping, optional
+        Arguments of `add_argument` for each further option; ``metavar`` is shown in the page.
     """
     parser = argparse.ArgumentParser(description=f"Measure: {name}.")
     parser.add_argument("--write", action="store_true", help="save the figures in docs/decisions/measured")
     parser.add_argument("--quick", action="store_true", help="fewer and smaller runs")
-    given = parser.parse_args()
-    page = f"{measure(given.quick)}\n{machine()}\n"
+    typed = f"python -m benchmarks.{name}"
+    for option, about in (options or {}).items():
+        parser.add_argument(option, **about)
+        typed += f" {option} {about['metavar']}"
+    given = vars(parser.parse_args())
+    writes = given.pop("write")
+    page = f"{measure(**given)}\n{machine()}\n"
     print(page)
-    if given.write:
+    if writes:
         folder = DECISIONS / "measured"
         folder.mkdir(parents=True, exist_ok=True)
-        text = f"# {name}\n\nWritten by `python -m benchmarks.{name} --write`.\n\n{page}"
+        text = f"# {name}\n\nWritten by `{typed} --write`.\n\n{page}"
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
 
 

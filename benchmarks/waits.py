@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import statistics
@@ -16,10 +15,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from benchmarks.measure import DECISIONS, machine, paragraph, table
+from benchmarks.measure import command, paragraph, table
 from benchmarks.start_up import process
 
-ROUNDS = 7
+ROUNDS, MANY_ROUNDS = 7, 3  # Numbers of rounds: of runs and commands, and of `simulate_many`
 
 HERE = Path(__file__).parent.parent
 
@@ -37,7 +36,7 @@ NONE, LAW = '{ law = "none" }', '{ law = "%s", kinetic = 0.12 }'
 
 @dataclass(frozen=True)
 class Whole:
-    """Run of a case by `sd.simulate`.
+    """Run of a case by `sd.simulate`, or many of them by `sd.simulate_many`.
 
     Parameters
     ----------
@@ -46,13 +45,13 @@ class Whole:
     case : str
         Case file, from the root of the checkout; "" for the slider-crank of the zoo.
     goal : str
-        Goal of the whole run [ms].
+        Goal of the whole run [ms], or of the rate.
     changes : sequence of str
         Changes of the case.
     options : mapping
-        Options of `simulate`.
+        Options of `simulate` or `simulate_many`.
     runs : int
-        Number of runs in each round, of which the median counts, or of cases.
+        Number of runs in each round, of which the median counts; with `simulate_many` the number of cases.
     """
 
     name: str
@@ -164,8 +163,9 @@ def _medians(folders: Sequence[Path], measured: Callable[[Path], list[float]], r
     return [[statistics.median(numbers) for numbers in zip(*kept, strict=True)] for kept in found]
 
 
-def measure(folders: Sequence[Path], rounds: int) -> str:
-    """Return the tables of the versions in `folders`."""
+def measure(quick: bool = False, beside: Sequence[Path] = ()) -> str:
+    """Return the tables of the versions in the folders `beside` and of this one."""
+    folders, rounds, many_rounds = [*beside, HERE], *((1, 1) if quick else (ROUNDS, MANY_ROUNDS))
     versions = [_version(folder) for folder in folders]
     runs, commands, many = [], [], []
     for one in WHOLE:
@@ -176,7 +176,7 @@ def measure(folders: Sequence[Path], rounds: int) -> str:
         numbers = _medians(folders, partial(_command, arguments=arguments), rounds)
         commands.append([name, *(f"{wall:.2f} ({memory:.0f})" for wall, memory in numbers), goal])
     for one in MANY:
-        numbers = _medians(folders, partial(_in_process, one=one, many=True), min(rounds, 3))
+        numbers = _medians(folders, partial(_in_process, one=one, many=True), many_rounds)
         many.append([one.name, *(f"{rate:.0f}" for rate, *_ in numbers), one.goal])
     return "\n".join(
         (
@@ -184,7 +184,7 @@ def measure(folders: Sequence[Path], rounds: int) -> str:
             table(["run", *(f"{name} [ms]" for name in versions), "goal", *(f"{name}: steps" for name in versions)], runs),
             "`scissordyn run examples/paper.toml`: time, and memory in parentheses.\n",
             table(["command", *(f"{name} [s] ([MB])" for name in versions), "goal"], commands),
-            "`simulate_many` of the paper's array on two threads, clearance and speed varied.\n",
+            f"`simulate_many` of the paper's array on two threads, clearance and speed varied: medians of {many_rounds}.\n",
             table(["cases", *(f"{name} [1/s]" for name in versions), "goal"], many),
         )
     )
@@ -196,19 +196,7 @@ def _version(folder: Path) -> str:
     return subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
 
 
-def main() -> None:
-    """Measure and write the page."""
-    parser = argparse.ArgumentParser(description="Measure how long a user waits.")
-    parser.add_argument("--beside", type=Path, action="append", default=[], help="a checkout of another version, with .venv")
-    parser.add_argument("--write", action="store_true", help="save the figures in docs/decisions/measured")
-    parser.add_argument("--quick", action="store_true", help="one round")
-    given = parser.parse_args()
-    page = f"{measure([*given.beside, HERE], 1 if given.quick else ROUNDS)}\n{machine()}\n"
-    print(page)
-    if given.write:
-        typed = "python -m benchmarks.waits --beside FOLDER --write"
-        (DECISIONS / "measured" / "waits.md").write_text(f"# waits\n\nWritten by `{typed}`.\n\n{page}", encoding="utf-8")
-
-
 if __name__ == "__main__":
-    main()
+    help_text = "a checkout of another version, with .venv; repeatable"
+    beside = {"type": Path, "action": "append", "default": [], "metavar": "FOLDER", "help": help_text}
+    command("waits", measure, {"--beside": beside})

@@ -45,8 +45,7 @@ def gradient(
     as_json: AsJson = False,
 ) -> int:
     from scissordyn.config.file import read_case
-    from scissordyn.plan.plan import plan
-    from scissordyn.sensitivity.gradient import exact_options
+    from scissordyn.sensitivity.gradient import exact_options, ignores_step
     from scissordyn.sensitivity.gradient import gradient as compute
 
     if not of:
@@ -54,7 +53,7 @@ def gradient(
     check_run(output, case, "-o gradient.nc")
     check_picture(plot, case, "gradient.png")
     read, last = read_case(case, change or []), read_option(until, "--until")
-    exact, steps = exact_options(read.run), bool(plan(read.mechanism).hard_places)
+    exact, has_ignored_step = exact_options(read.run), ignores_step(read.mechanism, read.run)
     derivatives = compute(
         read.mechanism,
         of=of,
@@ -65,9 +64,9 @@ def gradient(
         atol=exact.atol,
         method=exact.method,
         most_steps=exact.most_steps,
-        step=read.run.step if steps else None,
+        step=None if has_ignored_step else read.run.step,
     )
-    if read.run.step is not None and not steps:
+    if has_ignored_step:
         warnings = [*json.loads(derivatives.attrs["warnings"]), STEP_WARNING]
         derivatives.attrs["warnings"] = json.dumps(warnings)
     if as_json:

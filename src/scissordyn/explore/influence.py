@@ -88,7 +88,7 @@ class Influence:
         return {
             "run": self.order.outcome.number,
             "reason": self.error,
-            "note": STEP_NOTE if _ignores_step(self.order.outcome.case) else "",
+            "note": STEP_NOTE if _has_ignored_step(self.order.outcome.case) else "",
             "change": self.order.change,
             "measures": names,
             "rows": rows,
@@ -185,10 +185,10 @@ def _influence(order: Order) -> Influence:
     return Influence(order, answers=derivatives, left_out=zeros | json.loads(derivatives.attrs["left_out"]))
 
 
-def _ignores_step(case: Case) -> bool:
-    """Return True for a case with a step of a fixed size whose contacts need error control."""
-    hard = any(joint.clearance and joint.clearance.contact == "hard" for joint in case.mechanism.contacts)
-    return case.options.step is not None and not hard
+def _has_ignored_step(case: Case) -> bool:
+    from scissordyn.sensitivity.gradient import ignores_step
+
+    return ignores_step(case.mechanism, case.options)
 
 
 def _derived(order: Order, of: Sequence[str], keys: Sequence[str], times: np.ndarray) -> xr.Dataset:
@@ -196,7 +196,7 @@ def _derived(order: Order, of: Sequence[str], keys: Sequence[str], times: np.nda
     from scissordyn.sensitivity.gradient import compute_gradient
 
     case, run, tight = order.outcome.case, order.outcome.case.options, 1e-11
-    step = None if _ignores_step(case) else run.step
+    step = None if _has_ignored_step(case) else run.step
     options = Options(run.until, run.start, 2, tight, None, run.method, run.most_steps, "located", step=step)
     by = [parameter_of_field(case, key) for key in keys if case.field(key).range is not None]
     return compute_gradient(case.mechanism, of, by, options, order.change, times)

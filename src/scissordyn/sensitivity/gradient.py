@@ -213,6 +213,12 @@ def exact_options(options: Options) -> Options:
     return replace(options, events="located", rtol=rtol, atol=atol, trust=False)
 
 
+def ignores_step(mechanism: Mechanism, options: Options) -> bool:
+    """Return whether runs with derivatives leave out the step of the options, because no contact is hard."""
+    hard = any(contact.clearance and contact.clearance.contact == "hard" for contact in mechanism.contacts)
+    return options.step is not None and not hard
+
+
 def slopes_of(
     mechanism: Mechanism, options: Options, responses: Sequence[Response], by: Sequence[str], expected: Sequence[float]
 ) -> np.ndarray:

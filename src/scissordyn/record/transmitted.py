@@ -35,7 +35,7 @@ AFTER_START_TEXT = "after the start, in which concentric journals fall through t
 
 CHUNK_ROWS = 4096  # [instants] largest number that is evaluated together, to limit the memory
 
-COARSE_SAMPLES = 201  # Number of samples evaluated in addition to the ends of steps, if the user requested no samples
+COARSE_SAMPLES = 201  # Largest number of samples evaluated beside the ends of steps, if the user requested no samples
 
 START_DURATION = 20.0
 """[times until all contacting joints have had a contact] Length of the starting phase, in which concentric journals fall.
@@ -184,6 +184,12 @@ def force_peaks_together(paths: Sequence[Trajectory]) -> list[Peaks]:
         begin, last = last, last + sum(part.time.size for part in parts)
         peaks.append(_largest(path, [(time[begin:last], forces[begin:last])]))
     return peaks
+
+
+def coarse_count(plan: Plan) -> int:
+    """Return the number of samples that largest forces need beside the ends of steps, which are dense around dry contacts."""
+    has_dry_contacts = len(plan.contacts) > len(plan.lubricated)
+    return 2 if has_dry_contacts else COARSE_SAMPLES
 
 
 def _coarse(path: Trajectory) -> Samples:

@@ -18,7 +18,7 @@ from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system, put_numbers
 from scissordyn.record.ideal_path import IdealPath
-from scissordyn.record.transmitted import COARSE_SAMPLES
+from scissordyn.record.transmitted import coarse_count
 from scissordyn.record.warn import Extremes
 from scissordyn.run.advance.driver import FIRST_STEPS, Driver
 from scissordyn.run.advance.loop import CALL_SECONDS, SLICE_STEPS_MAX, UNFINISHED, advance_together
@@ -135,7 +135,8 @@ class Worker:
                 driver = slot.begin_case(case(case_index), self.options)
                 slot.path = self._compare(driver) if self.compares else None
                 if self.sampled or self.records:
-                    driver.sample_at(np.linspace(0.0, self.options.until, self._sample_count()))
+                    count = self.options.count if self.sampled else coarse_count(self.base)
+                    driver.sample_at(np.linspace(0.0, self.options.until, count))
                 if self.records:
                     driver.record_steps(inside=True, most=RECORDED_STEPS_MAX)
                 ready.append((case_index, slot, driver))
@@ -159,12 +160,6 @@ class Worker:
             rows.append(self._row(case_index, slot, ended, advance_seconds))
         self.seconds = (clocks.thread_time() - start) / len(group)
         return rows
-
-    def _sample_count(self) -> int:
-        """Return the number of samples of a case: with dry contacts the ends of steps are dense enough for largest forces."""
-        if self.sampled:
-            return self.options.count
-        return 2 if len(self.base.contacts) > len(self.base.lubricated) else COARSE_SAMPLES
 
     def _row(self, case: int, slot: _Slot, ended: Ended, seconds: float = math.nan) -> Row:
         """Return the measures and warnings of a complete case; without `seconds`, it has only measures that need no run."""

@@ -134,7 +134,7 @@ def vectorized(function: Callable[..., Any]) -> Any:
 
 
 def vectorized_loops(function: Callable[..., Any]) -> Any:
-    """Mark a kernel with long loops over lanes, which the compiler itself has to vectorize, otherwise as `vectorized`."""
+    """Mark a kernel with long loops over many instants, which the compiler itself vectorizes; otherwise as `vectorized`."""
     function.prefix = "VECTORIZED_LOOPS "  # type: ignore[attr-defined]
     return function
 

@@ -53,8 +53,8 @@ def _curve_derivatives(problem: Problem, fitted: Mechanism, values: np.ndarray, 
         sizes = np.max(np.abs(curves(as_dataset(moved_results(run, 0, 0.0, fitted)), problem.columns)), axis=0)
         for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
             slopes_by_name = moved_slopes(run, k, parameter.moved, lambda path: {"": curves(as_dataset(path), problem.columns)})
-            found = slopes_by_name[""]
-            slopes.append(np.where(np.abs(found) > ROUND_OFF_TOL * sizes, found, 0.0))
+            of_curves = slopes_by_name[""]
+            slopes.append(np.where(np.abs(of_curves) > ROUND_OFF_TOL * sizes, of_curves, 0.0))
     return np.stack(slopes, axis=2)
 
 

@@ -72,8 +72,11 @@ def fit_parameters(
             start_text = ", ".join(f"{parameter.path} = {parameter.start:.6g}" for parameter in problem.free)
             progress(f"{starts} starts: the best is {start_text}")
     problem, unknowns, solution, settled = _solve(problem, weights=not deviations, most=most, progress=progress)
-    failure = "" if settled else "the standard deviations of the columns still change"
-    failure = failure if solution.status > 0 else f"{most} evaluations were not enough"
+    failure = ""
+    if solution.status <= 0:
+        failure = f"{most} evaluations were not enough"
+    elif not settled:
+        failure = "the standard deviations of the columns still change"
     data = _dataset(problem, unknowns, failure)
     counts: dict[str, Any] = {
         "runs": problem.runs,
@@ -230,7 +233,7 @@ def _misfits(residual: np.ndarray, headings: Sequence[str], probability: float =
     """
     warnings, limit = [], -ndtri(0.5 * probability / len(residual))
     for heading, column in zip(headings, residual.T, strict=True):
-        square = max(float(np.sum(column**2)), 1e-300)  # a run may be its record
+        square = max(float(np.sum(column**2)), np.finfo(float).tiny)  # residuals are zero if the record is the run itself
         ratio, neighbours = np.max(np.abs(column)) / np.sqrt(square / len(column)), np.sum(column[1:] * column[:-1]) / square
         if ratio > limit:
             warnings.append(

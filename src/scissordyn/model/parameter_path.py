@@ -212,8 +212,8 @@ def changed_all(
 def check_distinct(mechanism: Mechanism, paths: Iterable[str], *, disjoint: bool = False) -> None:
     """Raise `InputError` if all values of one path are those of a later path; with `disjoint`, if two paths share a value."""
     routes = {path: {place.path for place in find(mechanism, path)} for path in paths}
-    for (path, own), (other, further) in combinations(routes.items(), 2):
-        if own <= further or (disjoint and own & further):
+    for (path, values), (other, other_values) in combinations(routes.items(), 2):
+        if values <= other_values or (disjoint and values & other_values):
             raise InputError(f"'{path}' and '{other}' change the same value", "different parameters, each once")
 
 

@@ -19,7 +19,7 @@ from scissordyn.components.time_function import Tabulated
 from scissordyn.errors import InputError
 from scissordyn.interpolation import periodic_spline, quintic_spline
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH, part_curvature
-from scissordyn.mechanics.time_function import function_at, function_rows
+from scissordyn.mechanics.time_function import function_at, function_over, function_rows
 from scissordyn.plan.linear_constraints import origins
 from scissordyn.plan.plan import Plan
 from scissordyn.tolerance import ASSEMBLY_TOL, CONSTRAINT_TOL
@@ -110,7 +110,11 @@ class Inputs:
     def over(self, times: np.ndarray) -> np.ndarray:
         """Return the inputs at many instants, shape (times, inputs); the last table is kept."""
         if not np.array_equal(times, self._table[0]):
-            self._table = times, np.array([self.at(time) for time in times.tolist()]).reshape(-1, self.count)
+            values, table = np.zeros((times.size, 4)), np.empty((times.size, self.count))
+            for k, rows in enumerate(self._rows):
+                function_over(np.array(times, float), rows, values)
+                table[:, k] = values[:, 0]
+            self._table = times, table
         return self._table[1]
 
 

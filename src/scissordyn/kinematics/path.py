@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ class Path:
     z: np.ndarray  # (points, nZ) Natural coordinates
     singular: tuple[SingularPosition, ...]
 
-    @property
+    @cached_property
     def angle(self) -> np.ndarray:
         """Angles of all bodies, continuous along the path, shape (points, bodies) [rad]."""
         angles = np.empty((self.place.size, len(self.closure.plan.bodies)))
@@ -48,7 +49,7 @@ class Path:
             angles[:, k] = np.unwrap(np.arctan2(self.z[:, p + 3], self.z[:, p + 2])) if turns else body.placed_angle
         return angles
 
-    @property
+    @cached_property
     def position(self) -> np.ndarray:
         """Mass centres, shape (points, bodies, axes) [m]."""
         positions = np.empty((self.place.size, len(self.closure.plan.bodies), 2))

@@ -94,6 +94,13 @@ def function_at(t: float, rows: F2, value: F1) -> None:
     smooth_function(t, t, rows, 0, rows.shape[0], value)
 
 
+@entry
+def function_over(times: F1, rows: F2, values: F2) -> None:
+    """Write a time function and its first three derivatives at many times into values[:, 0:4], shape (times, 4)."""
+    for k in range(times.shape[0]):
+        smooth_function(times[k], times[k], rows, 0, rows.shape[0], values[k])
+
+
 @kernel
 def motion_at(t, which, S):
     """Write a time function of the mechanism and its first three derivatives at time t into Work.function_value."""

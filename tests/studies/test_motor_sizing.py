@@ -235,3 +235,35 @@ def test_command(tmp_path, capsys):
         command(case, least="A.clearance")
     assert command(case, least="A.clearance", first="0.05 mm", last="0.4 mm", require=["peak_force > 60 kN"]) == 0
     assert "Least A.clearance: 0." in capsys.readouterr().out
+
+
+def test_command_on_a_run_that_is_no_answer(tmp_path, capsys):
+    """Contract: a run that fails gives no verdict on the motor but its cause; a servo at its limit gives a warning."""
+    case = tmp_path / "case.toml"
+    curve = ["0 rpm, 1 GN m", "200 rpm, 1 GN m"]
+    case.write_text('[structure]\nkind = "slider-crank"\nrod = "40 mm"\n[drive]\nspeed = "60 rpm"\n[run]\nuntil = "1 s"\n')
+    assert command(case, point=curve) == 3
+    said = capsys.readouterr()
+    assert "The motor is enough" not in said.out
+    assert "singular position: body 'rod' is fully extended" in said.err
+    weak = CONTROL.replace("derivative =", 'limit = "10 N m", derivative =')
+    case.write_text(CASE.replace('[drive]\nspeed = "150 rpm"\n', weak))
+    assert command(case, point=curve) == 0
+    assert "Warning: actuator 'servo': the controller is at its limit of 10 N m" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "words"),
+    [
+        ("x", "0.5", "--from 'x': not a number"),
+        ("0.1", "0.5 mm", "--to '0.5 mm': not a number"),
+        ("0.5", "0.1", "--from '0.5' --to '0.1': the range is empty; expected --from below --to"),
+    ],
+)
+def test_wrong_ends_of_the_search_are_refused(tmp_path, capsys, first, last, words):
+    """Contract: the error names the option, before a run."""
+    case = tmp_path / "case.toml"
+    case.write_text(CASE.replace("[run]", "friction = 'ambrosio'\n[run]"))
+    with pytest.raises(sd.InputError, match=words):
+        command(case, least="A.friction.kinetic", first=first, last=last, require=["peak_force < 60 kN"])
+    assert not capsys.readouterr().out

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scissordyn.casefile.quantity import read_quantity, unit_factor, unit_typed
+from scissordyn.casefile.quantity import unit_factor, unit_typed
 from scissordyn.cli.option import (
     CaseFile,
     Changes,
@@ -22,6 +22,7 @@ from scissordyn.cli.option import (
 )
 from scissordyn.cli.output import (
     DONE,
+    EXIT_STATUSES,
     INTERRUPTED,
     PROGRESS_TEXT,
     UNFINISHED,
@@ -277,6 +278,7 @@ def motor(
     change: Changes = None,
 ) -> int:
     from scissordyn.analysis.motor import torque_over_speed
+    from scissordyn.cli.show import warning_texts
     from scissordyn.config.file import read_case
     from scissordyn.config.study import read_motor
     from scissordyn.run.simulate import simulate
@@ -286,11 +288,17 @@ def motor(
     if bool(least) != bool(first and last and require) or (not least and (first or last or require)):
         raise InputError("a search without all of its options", "--least, --from, --to and --require together", LEAST_EXAMPLE)
     read = read_case(case, change or [])
+    ends = _search_range(read, least, first, last) if least else None
     options = read.run.equally_spaced if plot is None else read.run
-    needed = torque_over_speed(simulate(read.mechanism, **{**options.keywords, "trust": False}), of)
-    _print_needed(needed, curve)
-    if least:
-        _print_least(read, least, first, last, require or [])
+    done = simulate(read.mechanism, **{**options.keywords, "trust": False})
+    needed, status = torque_over_speed(done, of), done.attrs["status"]
+    _print_needed(needed, curve if status == "complete" else None)
+    say(*warning_texts(done, read.mechanism))
+    if status != "complete":
+        print(f"scissordyn: {printable(done.attrs['cause'])}", file=sys.stderr)
+    if ends is not None and status != "interrupted":
+        _print_least(read, least, ends, unit_typed(last) or unit_typed(first), require or [])
+        status = "complete"
     if plot is not None:
         import numpy as np
 
@@ -300,7 +308,7 @@ def motor(
         speeds = None if curve is None else np.array(curve.speeds) / curve.ratio
         torques = None if curve is None else np.array(curve.torques) * curve.ratio
         print(write(torque_speed(needed, speeds=speeds, torques=torques), plot))
-    return 0
+    return EXIT_STATUSES[status]
 
 
 def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
@@ -326,23 +334,31 @@ def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
         print(f"The motor {verdict}: the run needs {share[worst]:.1%} of its torque, {where}")
 
 
-def _print_least(read: Case, path: str, first: str, last: str, require: list[str]) -> None:
+def _search_range(read: Case, path: str, first: str, last: str) -> tuple[float, float]:
+    """Return both ends of the search for the least value in SI units; raise `InputError` if the range is empty."""
+    from scissordyn.model.parameter_path import number
+
+    quantity = number(read.mechanism, path).quantity
+    assert quantity is not None
+    low, high = value_of(first, quantity, "--from"), value_of(last, quantity, "--to")
+    if low >= high:
+        raise InputError(f"--from '{first}' --to '{last}': the range is empty", "--from below --to", LEAST_EXAMPLE)
+    return low, high
+
+
+def _print_least(read: Case, path: str, ends: tuple[float, float], unit: str, require: list[str]) -> None:
     from scissordyn.config.fits import least_value
     from scissordyn.model.parameter_path import number
 
     quantity = number(read.mechanism, path).quantity
     assert quantity is not None
-    low, high = (
-        read_quantity(text if quantity.unit != "1" else float(text), quantity, LEAST_EXAMPLE) for text in (first, last)
-    )
-    unit = unit_typed(last) or unit_typed(first)
     scale = unit_factor(unit, quantity.unit) if unit else 1.0
 
     def report(tried: int, failing: float, sufficient: float) -> None:
         print(f"{tried} values tried: between {failing / scale:.4g} and {sufficient / scale:.4g} {unit}", file=sys.stderr)
 
     progress = report if sys.stderr.isatty() else None
-    least = least_value(read, path, low, high, require, progress=progress)
+    least = least_value(read, path, *ends, require, progress=progress)
     print(
         f"Least {printable(path)}: {least.value / scale:.4g} {unit}, with which all requirements are met; at "
         f"{least.fails_at / scale:.4g} {unit} they are not ({len(least.tried)} values tried)"

@@ -331,6 +331,36 @@ def test_redundant_only_where_joints_are_ideal():
     assert np.allclose(run["angle"].sel(body="rocker"), run["angle"].sel(body="crank"), atol=1e-9)
 
 
+@pytest.mark.parametrize("driven", [False, True])
+@pytest.mark.parametrize(
+    "changed",
+    [
+        lambda loose: loose.ideal(),
+        lambda loose: loose.ideal("rocker pin"),
+        lambda loose: loose.ideal().replace("gravity", 0.0),
+        lambda loose: loose.track("end", "rocker", "end"),
+    ],
+    ids=["ideal", "named", "replaced", "tracked"],
+)
+def test_coupling_that_closed_clearances_make_redundant(driven, changed):
+    """Contract: however a clearance is closed, and whatever is changed then, a coupling that follows from joints is dropped."""
+    arms = sd.four_bar(ground=0.5, crank=0.1, coupler=0.5, rocker=0.1, angle=1.0)
+    arms = arms.driven(speed=1.0) if driven else arms
+    loose = dataclasses.replace(arms, couplings=(sd.Coupling("belt", ANGLE("rocker"), ANGLE("crank"), 1.0),))
+    run = sd.simulate(changed(loose.with_clearance("rocker pin", sd.Clearance(1e-4))), until=0.05)
+    assert run.attrs["status"] == "complete"
+    assert np.allclose(run["angle"].sel(body="rocker"), run["angle"].sel(body="crank"), atol=1e-9)
+
+
+@pytest.mark.parametrize(("loose", "line"), [(False, "coordinates cannot move"), (True, "contradicts the drives and joints")])
+def test_coupling_of_prescribed_coordinates(loose, line):
+    """Contract: a coupling of coordinates that a drive prescribes is an error, after a clearance is closed if it is not met."""
+    arms = sd.four_bar(ground=0.5, crank=0.1, coupler=0.5, rocker=0.1, angle=1.0).driven(speed=1.0)
+    arms = dataclasses.replace(arms, couplings=(sd.Coupling("belt", ANGLE("rocker"), ANGLE("crank"), 2.0),))
+    with pytest.raises(sd.InputError, match=f"coupling 'belt'.* {line}"):
+        sd.simulate(arms.with_clearance("rocker pin", sd.Clearance(1e-4)).ideal() if loose else arms, until=0.05)
+
+
 BELT = coupled_arms().couplings[0]  # Coupling of two arms
 ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.0))  # Drive of the relative angle of two arms
 

@@ -241,7 +241,7 @@ def documented(described: Described, meanings: Mapping[str, str] = MappingProxyT
     text = inspect.cleandoc(described.__doc__ or "")
     hints, rows = hints_of(inspect.unwrap(described)), []
     for name, parameter in inspect.signature(described).parameters.items():
-        if name == "self":
+        if name == "self" or name.startswith("_"):
             continue
         about = extras(hints[name])
         units = next((extra.units for extra in about if isinstance(extra, Pairs)), ())

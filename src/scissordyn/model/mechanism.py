@@ -66,8 +66,12 @@ class Mechanism:
     couplings: tuple[Coupling, ...] = ()
     coordinate_drives: tuple[CoordinateDrive, ...] = ()
     source: Annotated[str, Meaning("authors of the description, for `citations`; several are separated by semicolons")] = ""
-    clearances_closed: bool = dataclasses.field(default=False, init=False, compare=False, repr=False)
-    """Whether `ideal` closed clearances; joints that become redundant thereby are not an error."""
+    _closed: bool = dataclasses.field(default=False, kw_only=True, compare=False, repr=False)
+
+    @property
+    def clearances_closed(self) -> bool:
+        """True if `ideal` closed clearances; couplings that become redundant thereby are not an error."""
+        return self._closed
 
     def __post_init__(self) -> None:
         for source, field, kind in MOVED_PARTS:
@@ -100,11 +104,8 @@ class Mechanism:
     def _ideal(self) -> Mechanism:
         if not self.clearance_joints and len(self.ideal_guides) == len(self.guides):
             return self
-        ideal = self.with_parts(
-            {name: tuple(map(_without_clearance, getattr(self, name))) for name in ("joints", "guides")}, check=False
-        )
-        object.__setattr__(ideal, "clearances_closed", True)
-        return ideal
+        closed = {name: tuple(map(_without_clearance, getattr(self, name))) for name in ("joints", "guides")}
+        return self.with_parts({**closed, "_closed": True}, check=False)
 
     def __str__(self) -> str:
         counts = {
@@ -248,11 +249,13 @@ class Mechanism:
         """Return the mechanism with ideal joints and guides: the named ones, or all."""
         if not joints:
             return self._ideal
-        guides = [guide for guide in self.guides if guide.name in joints]
-        named = {self.joint(name).name for name in joints if name not in {guide.name for guide in guides}}
-        return self._with_joints(_without_clearance(self.joint(name)) for name in named)._with_guides(
-            map(_without_clearance, guides)
-        )
+        guides = {guide.name for guide in self.guides}
+        named = {name if name in guides else self.joint(name).name for name in joints}
+        closed = {
+            kind: tuple(_without_clearance(part) if part.name in named else part for part in getattr(self, kind))
+            for kind in ("joints", "guides")
+        }
+        return self.with_parts({**closed, "_closed": True})
 
     @documented
     @checked

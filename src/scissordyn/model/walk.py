@@ -46,7 +46,7 @@ def _declared(kind: Any) -> Mapping[str, Declared]:
     plain, annotated, numbers = get_type_hints(kind), hints_of(kind), quantities(kind)
     fields = {}
     for field in dataclasses.fields(kind):
-        if field.init:
+        if field.init and not field.name.startswith("_"):
             name, hint = field.name, plain[field.name]
             default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
             quantity = POINTS if hint == Mapping[str, Point] else numbers.get(name)

@@ -85,7 +85,9 @@ class _Start:
         bare = coupling_parts(self.coordinates, terms, part.name)
         subject, scale = f"{'drive' if drive else 'coupling'} '{part.name}'", bare.scale
         bodies = tuple(dict.fromkeys(body for _, coordinate in part.terms for body in coordinate.bodies))
-        if not any(np.any(point_map.rows[:, point_map.columns < self.coordinates.free]) for _, point_map in bare.parts):
+        moves = any(np.any(point_map.rows[:, point_map.columns < self.coordinates.free]) for _, point_map in bare.parts)
+        # a coupling between drives that the ideal mechanism does not need is left out as redundant
+        if not moves and (drive or not self.mechanism.clearances_closed):
             raise InputError(
                 f"{subject}: the {'coordinate' if drive else 'coordinates'} cannot move, or drives prescribe "
                 f"{'it' if drive else 'them'} already",

@@ -33,12 +33,12 @@ def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool =
     The rank of the gradients after a small random move, drives included, shows which constraints may be redundant. They are
     dropped if they still hold after a second move guided only by the others. If only the start is singular, for example folded
     flat, all constraints stay. A redundant coupling is an error, unless `lenient` is set because clearances make it
-    independent.
+    independent. A coupling of prescribed coordinates is an error if they do not meet it.
 
     Shapes: `angles` (drives,) [rad].
     """
     holding = [constraint for constraint in coordinates.constraints if not constraint.latch]
-    if len(holding) < 2:
+    if len(holding) < 2 and not (lenient and any(constraint.linear for constraint in holding)):
         return coordinates
     gradients = Gradients(coordinates.free, coordinates.basis, holding)
     b = basis_of(angles)
@@ -54,6 +54,12 @@ def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool =
         left = _redundant(gradients, x, angles, classes, dependent, follows, near=near)
         if left:
             break
+    moves = np.bincount(gradients.owner, np.hypot(*gradients.size.T), gradients.count) > 0.0
+    for k in np.flatnonzero(gradients.linear & ~moves).tolist():
+        if k not in left:
+            raise InputError(
+                f"{gradients.subjects[k]} contradicts the drives and joints that prescribe its coordinates", "another ratio"
+            )
     if not left:
         if not lenient:
             _check_gradients(gradients, np.append(x, b), classes)
@@ -130,7 +136,7 @@ def _redundant(
     independent, dependent_rows = _pivots(gradients.unit(np.append(*moved)), classes, dependent)
     if not dependent_rows:
         return {}
-    moved_again = _move(gradients, np.array(independent), moved[0], angles, random, ROUND_OFF_TOL)
+    moved_again = _move(gradients, np.array(independent, int), moved[0], angles, random, ROUND_OFF_TOL)
     if moved_again is None:
         return {}
     errors = np.abs(gradients.residual(np.append(*moved_again))[dependent_rows])
@@ -179,7 +185,7 @@ def _close(
     for _ in range(50):
         full = np.append(x, b)
         residual = gradients.residual(full)[chosen]
-        if np.max(np.abs(residual)) < tolerance:
+        if np.max(np.abs(residual), initial=0.0) < tolerance:
             return x
         # contradictions of rounded numbers must not cause large changes
         cut = ASSEMBLY_TOL if tolerance == ROUND_OFF_TOL else ROUNDED_TOLS[0][0]

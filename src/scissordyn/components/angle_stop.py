@@ -8,7 +8,7 @@ from typing import Annotated
 from scissordyn.components.declaration import component
 from scissordyn.components.place import GROUND
 from scissordyn.components.port import HINGE
-from scissordyn.components.stop import push, stop_damping
+from scissordyn.components.stop import Exponent, Restitution, push, stop_damping
 from scissordyn.kernel import kernel
 from scissordyn.units import Quantity
 
@@ -53,8 +53,8 @@ class AngleStop:
     angle: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle of the body against its base at the touch")]
     base: str = GROUND
     stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e15, help="K, in N m/rad^n with the n given here")] = 1e6
-    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5
-    restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
+    exponent: Exponent = 1.5
+    restitution: Restitution = 0.5
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """Return K, n, xi, the angle [rad], and the sense of rotation in which it is reached (1 or -1)."""

@@ -12,7 +12,7 @@ from scissordyn.components.declaration import component
 from scissordyn.components.place import BodyPoint, Point
 from scissordyn.components.port import FRAME, Output
 from scissordyn.components.port.stroke import arc
-from scissordyn.components.stop import START_DEPTH_FRACTION, push, stop_damping
+from scissordyn.components.stop import START_DEPTH_FRACTION, Exponent, Restitution, push, stop_damping
 from scissordyn.errors import InputError
 from scissordyn.interpolation import periodic_spline
 from scissordyn.kernel import kernel
@@ -104,8 +104,8 @@ class Cam:
     profile: Annotated[tuple[Point, ...], PROFILE]
     roller: Annotated[float, Quantity("m", minimum=0.0, maximum=1e3, help="radius of the roller, 0 for an edge")] = 0.0
     stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e18, help="K, in N/m^n with the n given here")] = 1e9
-    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5
-    restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
+    exponent: Exponent = 1.5
+    restitution: Restitution = 0.5
 
     def check(self) -> None:
         label = f"cam '{self.name}'"

@@ -12,6 +12,12 @@ from scissordyn.components.port import FRAME, Output
 from scissordyn.plugin.element import numbers
 from scissordyn.units import Meaning, Quantity
 
+GuideStart = Annotated[BodyPoint, Meaning("a point of the body that carries the guide, or of the ground")]
+GuidedPoint = Annotated[BodyPoint, Meaning("the guided point")]
+GuideDirection = Annotated[
+    float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of the guide in the frame of its body")
+]
+
 
 def force(x, y, angle, x_rate, y_rate, speed, reaction, kinetic, static, stribeck_speed, transition, along_x, along_y):
     """Return the force along the guide [N], stored energy [J], dissipated power [W] and the normal force [N]."""
@@ -40,11 +46,9 @@ class GuideFriction:
     """
 
     name: str
-    start: Annotated[BodyPoint, Meaning("a point of the body that carries the guide, or of the ground")]
-    end: Annotated[BodyPoint, Meaning("the guided point")]
-    direction: Annotated[
-        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of the guide in the frame of its body")
-    ]
+    start: GuideStart
+    end: GuidedPoint
+    direction: GuideDirection
     kinetic: Kinetic
     static: Static = 0.0
     stribeck_speed: StribeckSpeed = 0.01

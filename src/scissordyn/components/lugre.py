@@ -6,15 +6,15 @@ import math
 from typing import Annotated
 
 from scissordyn.components.declaration import component
-from scissordyn.components.guide_friction import GuideFriction
+from scissordyn.components.guide_friction import GuideDirection, GuidedPoint, GuideFriction, GuideStart
 from scissordyn.components.pin_friction import PinFriction, Static, StribeckSpeed
-from scissordyn.components.place import GROUND, BodyPoint
+from scissordyn.components.place import GROUND
 from scissordyn.components.port import FRAME, HINGE, Output
 from scissordyn.kernel import kernel
 from scissordyn.laws.friction.bristle import BristleDamping, BristleStiffness, fading_speed, micro_damping
 from scissordyn.laws.friction.coefficients import Kinetic, Viscous
 from scissordyn.laws.friction.stribeck import sliding_coefficient
-from scissordyn.units import Meaning, Quantity, State
+from scissordyn.units import Quantity, State
 
 BRISTLES = (State("bristles", "1", scale=0.1),)  # sigma_0 z, the part of the friction coefficient that bent bristles exert
 
@@ -130,11 +130,9 @@ class GuideLuGre:
     """
 
     name: str
-    start: Annotated[BodyPoint, Meaning("a point of the body that carries the guide, or of the ground")]
-    end: Annotated[BodyPoint, Meaning("the guided point")]
-    direction: Annotated[
-        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of the guide in the frame of its body")
-    ]
+    start: GuideStart
+    end: GuidedPoint
+    direction: GuideDirection
     kinetic: Kinetic
     static: Static = 0.0
     stribeck_speed: StribeckSpeed = 0.01

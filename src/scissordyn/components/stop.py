@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from scissordyn.kernel import kernel
 from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.evaluate import reference_speed
+from scissordyn.units import Quantity
+
+Exponent = Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")]
+Restitution = Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")]
 
 START_DEPTH_FRACTION = 0.01  # Largest initial indentation of a cam or an edge, as a fraction of its size
 

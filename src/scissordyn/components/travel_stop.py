@@ -7,7 +7,7 @@ from typing import Annotated
 from scissordyn.components.declaration import component
 from scissordyn.components.place import BodyPoint
 from scissordyn.components.port import TRAVEL
-from scissordyn.components.stop import push, stop_damping
+from scissordyn.components.stop import Exponent, Restitution, push, stop_damping
 from scissordyn.kernel import kernel
 from scissordyn.units import Quantity
 
@@ -53,8 +53,8 @@ class TravelStop:
     ]
     limit: Annotated[float, Quantity("m", minimum=-1e4, maximum=1e4, help="coordinate along the direction at the touch")]
     stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e18, help="K, in N/m^n with the n given here")] = 1e8
-    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5
-    restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
+    exponent: Exponent = 1.5
+    restitution: Restitution = 0.5
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """Return the stiffness K [N/m^n], exponent n and damping factor xi of the stop, and its position [m]."""

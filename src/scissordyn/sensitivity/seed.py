@@ -58,10 +58,9 @@ ANGLES = ("maps.offset", "state.reference")  # Names of arrays of angles of bodi
 NUMBERS = "parameters."  # Beginning of the names of arrays that are computed without compiling or assembling the mechanism
 
 # Central and one-sided finite differences of fourth order: weights by place in steps
-FOURTH_ORDER = (
-    {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12},
-    {0: -25 / 12, 1: 4, 2: -3, 3: 4 / 3, 4: -1 / 4},
-    {0: 25 / 12, -1: -4, -2: 3, -3: -4 / 3, -4: 1 / 4},
+FOURTH_ORDER = tuple(
+    {sense * place: sense * weight for place, weight in zip(places, orders[row], strict=True) if weight}
+    for (places, orders), row, sense in ((CENTRAL_DIFFERENCES, 1, 1), (FORWARD_DIFFERENCES, 2, 1), (FORWARD_DIFFERENCES, 2, -1))
 )
 
 PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of `System` that keep values between evaluations

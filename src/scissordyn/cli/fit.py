@@ -13,7 +13,7 @@ from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 from scissordyn.cli.output import DONE, UNFINISHED, check_file, check_folder, check_run, print_json, print_table, say
 from scissordyn.cli.parameter import Option
 from scissordyn.errors import InputError, did_you_mean, printable
-from scissordyn.units import Quantity, cell
+from scissordyn.units import Quantity, cell, counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -180,8 +180,7 @@ def _show(fitted: xr.Dataset, predicted: xr.Dataset | None) -> None:
     ]
     print_table({"measured": "text", **dict.fromkeys(curves, "number")}, rows)
     statistics = json.loads(fitted.attrs["statistics"])
-    count = int(statistics["runs"])
-    say(f"{count} run{'s' * (count != 1)} in {statistics['seconds']:.1f} s")
+    say(f"{counted(int(statistics['runs']), 'run')} in {statistics['seconds']:.1f} s")
     say(*(f"Warning: {line}" for line in json.loads(fitted.attrs["warnings"])))
 
 

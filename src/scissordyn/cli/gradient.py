@@ -11,7 +11,7 @@ from scissordyn.cli.option import AsJson, CaseFile, Changes, read_option
 from scissordyn.cli.output import DONE, check_picture, check_run, print_json, print_table, say
 from scissordyn.cli.parameter import Option
 from scissordyn.errors import InputError
-from scissordyn.units import short
+from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,8 +106,7 @@ def _show(derivatives: xr.Dataset) -> None:
         heads = {"parameter": "text", "value": "numbers", "derivative (SI)": "numbers", "% per %": "numbers", "until": "text"}
         print_table(heads, rows)
     statistics = json.loads(derivatives.attrs["statistics"])
-    count = int(statistics["runs"])
-    say(f"{count} run{'s' * (count != 1)} in {statistics['seconds']:.1f} s")
+    say(f"{counted(int(statistics['runs']), 'run')} in {statistics['seconds']:.1f} s")
     left_out = json.loads(derivatives.attrs["left_out"])
     if left_out:
         say(f"{len(left_out)} parameters do not act or cannot change alone")

@@ -67,13 +67,9 @@ def convert_sdf(root: Element, notes: list[str]) -> SdfModel:
     """Convert the model with joints of an SDF file to MJCF; add a note for each part that is left out."""
     left_out = defaultdict[str, list[Element]](list)
     model, gravity = _find_model(root, left_out, notes)
-    return _Model(model, _is_old(root), left_out, notes).convert(gravity)
-
-
-def _is_old(root: Element) -> bool:
-    """Return True if the version of an SDF file is before 1.5."""
     version = re.fullmatch(r"(\d{1,4})\.(\d{1,4})", root.attributes.get("version", "").strip())
-    return version is not None and (int(version[1]), int(version[2])) < (1, 5)
+    is_old = version is not None and (int(version[1]), int(version[2])) < (1, 5)
+    return _Model(model, is_old, left_out, notes).convert(gravity)
 
 
 def _find_model(root: Element, left_out: dict[str, list[Element]], notes: list[str]) -> tuple[Element, tuple[float, ...]]:

@@ -197,7 +197,8 @@ def _table_fields(
         value = entries.get(key, None if declaration.required else declaration.default)
         quantity = declaration.quantity
         if isinstance(value, str | int) and (table, key) in CHOICES:
-            yield _text_field(here, group, str(value), declaration.help, CHOICES[table, key])
+            units = Quantity("", help=declaration.help)
+            yield Field(here, group, key, str(value), (), units, choices=CHOICES[table, key])
         elif quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
             yield from _number_field(here, group, key, value, quantity, star=star, law=law)
         elif key == "points" and isinstance(value, Mapping):
@@ -230,10 +231,6 @@ def _law_fields(
     for field in _table_fields(plain_table(kind), inner, place, f"{group}, {key}", code, star=star, law=name):
         if not (field.name == "restitution" and key == "damping" and entries.get("restitution") is not None):
             yield field
-
-
-def _text_field(place: Route, group: str, value: str, help: str, choices: str) -> Field:
-    return Field(place, group, str(place[-1]), value, (), Quantity("", help=help), choices=choices)
 
 
 def _number_field(

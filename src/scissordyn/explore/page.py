@@ -84,7 +84,7 @@ class Page:
             "magnify": self._magnify,
             "drag": self._dragged,
             "pin": self._pin,
-            "python": self._python,
+            "python": lambda of: self.send({"type": "python", "text": python_of(session.case)}),
             "axis": lambda of: self._show_points(read_text(of, "name")),
             "open": self._open,
             "undo": lambda of: session.undo(),
@@ -326,9 +326,6 @@ class Page:
         if self.shown is not None and self.shown.run is not None and joint in clearance_joints(self.shown.run):
             self.selected = joint
             self._publish()
-
-    def _python(self, message: Message) -> None:
-        self.send({"type": "python", "text": python_of(self.session.case)})
 
     def _pin(self, message: Message) -> None:
         if self.shown is not None and self.shown.run is not None:

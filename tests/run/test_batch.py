@@ -3,6 +3,10 @@
 import dataclasses
 import inspect
 import math
+import multiprocessing
+import os
+import signal
+import sys
 import threading
 from typing import Any
 
@@ -10,7 +14,8 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.run.measure import MEASURES
+from scissordyn.run.measure import MEASURES, Ended, Measure
+from scissordyn.run.rows import Worker
 
 CASES = 12  # Number of cases in a batch
 
@@ -93,6 +98,47 @@ def test_threads_and_order_of_cases(case):
         np.testing.assert_array_equal(again[name].values, batch[name].values[order], err_msg=name)
 
 
+def test_many_cases_on_duplicates():
+    """Identity: with 64 cases, which processes or threads share, all measures have the bits of one thread."""
+    over = {name: np.resize(values, 64) for name, values in OVER.items()}
+    one, two = (sd.simulate_many(arm(), over, until=2e-3, measures=ACCUMULATED, threads=threads) for threads in (1, 2))
+    for name in (*ACCUMULATED, "status", "warnings"):
+        np.testing.assert_array_equal(two[name].values, one[name].values, err_msg=name)
+
+
+def test_a_measure_changes_this_process():
+    """Contract: functions of the user run in the process that calls `simulate_many`, also for many cases."""
+    seen = list[float]()
+
+    def length(ended: Ended) -> float:
+        seen.append(ended.driver.time)
+        return 0.0
+
+    measures = {"own": Measure("1", "nothing", (), length)}
+    sd.simulate_many(arm(), {"A.clearance": np.linspace(1e-4, 2e-4, 64)}, until=1e-4, measures=measures, threads=2)
+    assert seen == [1e-4] * 64
+
+
+def test_killed_duplicates_lose_their_cases_only(monkeypatch):
+    """Contract: cases whose process dies have failed, with their cause; the others are complete."""
+    if sys.platform != "linux" or threading.active_count() > 1:
+        pytest.skip("processes are not duplicated here")
+    process, computed = os.getpid(), Worker.rows
+
+    def dying(worker, group, case):
+        if 30 in group and os.getpid() != process:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return computed(worker, group, case)
+
+    monkeypatch.setattr(Worker, "rows", dying)
+    batch = sd.simulate_many(arm(), {"A.clearance": np.linspace(1e-4, 2e-4, 64)}, until=1e-4, threads=2)
+    failed = batch["status"].values == "failed"
+    assert failed[30]
+    assert set(batch["cause"].values[failed]) == {"the processes that computed it died"}
+    assert set(batch["status"].values[~failed]) == {"complete"}
+    assert 1 <= failed.sum() == batch.attrs["failed_cases"] <= 16
+
+
 @pytest.mark.parametrize("path", ["gravity", "A.clearance"])
 def test_forces_of_cases_in_one_pass(path):
     """Identity: reactions of cases that are evaluated together, or differ in gravity, are those of each case alone."""
@@ -116,7 +162,8 @@ def test_failed_case():
     assert "20 steps are not enough" in str(short["cause"].values[0])
 
 
-def test_interrupted_batch(monkeypatch):
+@pytest.mark.parametrize("threads", [1, 2])
+def test_interrupted_batch(threads):
     """Contract: an interrupted batch has its complete cases, and the others are pending."""
 
     def stop(done: int, total: int) -> None:
@@ -124,12 +171,13 @@ def test_interrupted_batch(monkeypatch):
             raise KeyboardInterrupt
 
     before = threading.active_count()  # libraries keep threads of their own
-    found = sd.simulate_many(arm(), {"A.clearance": np.full(400, 2e-4)}, until=0.05, threads=1, progress=stop)
+    found = sd.simulate_many(arm(), {"A.clearance": np.full(400, 2e-4)}, until=0.05, threads=threads, progress=stop)
     assert found.attrs["status"] == "interrupted"
     states = found["status"].values.tolist()
     assert states.count("complete") >= 1
     assert states.count("pending") >= 1
     assert threading.active_count() <= before
+    assert not multiprocessing.active_children()
     assert not np.isnan(found["peak_force"].values[np.array(states) == "complete"]).any()
 
 

@@ -49,14 +49,16 @@ def simulated(task):
     return task
 
 
-def test_closed_results_interrupt_running_tasks():
-    """Contract: simulating threads end after their current slice, and no other task begins."""
+@pytest.mark.parametrize("in_process", [True, False])
+def test_closed_results_interrupt_running_tasks(in_process):
+    """Contract: simulating threads end after their current slice, processes at once, and no other task begins."""
     sd.simulate(sd.four_bar().driven(speed=1.0), until=0.1)  # with all kernels loaded
     begun = threading.active_count()
-    results = outcomes(2, simulated, [0, 1, 2, 3])
+    results = outcomes(2, simulated, [0, 1, 2, 3], in_process=in_process)
     assert next(results).value == 0
     results.close()
     assert threading.active_count() == begun
+    assert not multiprocessing.active_children()
 
 
 def test_interrupt_of_one_thread():
@@ -111,6 +113,51 @@ def fatal(task):
     return task
 
 
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="processes are duplicated on Linux only")
+
+
+@LINUX
+def test_duplicates_take_the_place_of_threads():
+    """Contract: tasks run in as many other processes as threads, which have the function as it is and end after it."""
+    numbers, lock = [3.0], threading.Lock()  # a lock cannot be sent
+
+    def numbered(task):
+        with lock:
+            return numbers[0] + task, getpid(task)
+
+    found = [outcome.value for outcome in outcomes(2, numbered, range(6))]
+    assert sorted(number for number, _ in found) == [3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
+    processes = {process for _, process in found}
+    assert len(processes) == 2
+    for process in processes - {os.getpid()}:
+        with pytest.raises(ProcessLookupError):
+            os.kill(process, 0)
+    assert os.getpid() not in processes
+
+
+@LINUX
+@pytest.mark.parametrize("why", ["in process", "another thread", "no memory"])
+def test_threads_where_processes_are_not_duplicated(why, monkeypatch):
+    """Contract: tasks run in this process if they change it, if it has other threads, or if the system makes no duplicate."""
+    done, changed = threading.Event(), []
+    if why == "no memory":
+        monkeypatch.setattr(os, "fork", lambda: (_ for _ in ()).throw(OSError(12, "Cannot allocate memory")))
+    other = threading.Thread(target=done.wait)
+    if why == "another thread":
+        other.start()
+    list(outcomes(2, changed.append, [1, 2, 3], in_process=why == "in process"))
+    done.set()
+    assert sorted(changed) == [1, 2, 3]
+
+
+@LINUX
+def test_a_dying_duplicate_loses_its_task_only():
+    """Contract: the task whose process dies twice has failed; the others have their values."""
+    died = {outcome.task: outcome for outcome in outcomes(2, fatal, [1, 2, 3, 4])}
+    assert [died[task].value for task in (1, 3, 4)] == [1, 3, 4]
+    assert error_text(died[2].error) == "the processes that computed it died"
+
+
 class UnsentError(Exception):
     """Error that cannot be pickled from its arguments."""
 
@@ -144,10 +191,11 @@ def test_outcomes_of_processes():
     assert sorted(map(int, again)) == [1, 2]
 
 
-def test_processes_end_with_the_one_that_started_them(tmp_path):
+@pytest.mark.parametrize("begun", ["Processes(1)", pytest.param("Duplicates.begun(1, work)", marks=LINUX)])
+def test_processes_end_with_the_one_that_started_them(begun, tmp_path):
     """Contract: worker processes end when their parent is killed."""
     script = tmp_path / "killed.py"
-    script.write_text(KILLED)
+    script.write_text(KILLED.replace("ENGINE", begun))
     with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True) as started:
         assert started.stdout is not None
         worker = int(started.stdout.readline())
@@ -171,11 +219,14 @@ def is_running(process):
 # Program whose worker process kills itself
 KILLED = """
 import os, sys, time
-from scissordyn.run.engine import Processes, outcomes
+from scissordyn.run.engine import Duplicates, Processes, outcomes
+
+def work(task):
+    return os.getpid() if not task else time.sleep(600)
 
 if __name__ == "__main__":
-    with Processes(1) as engine:
-        for outcome in outcomes(engine, lambda task: os.getpid() if not task else time.sleep(600), [0, 1]):
+    with ENGINE as engine:
+        for outcome in outcomes(engine, work, [0, 1]):
             print(outcome.value, flush=True)
 """
 

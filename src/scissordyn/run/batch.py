@@ -20,7 +20,7 @@ from scissordyn.model.parameter_path import changed_all, find, number
 from scissordyn.plan.plan import plan
 from scissordyn.run.engine import workers_of
 from scissordyn.run.measure import LOAD_UNIT, MEASURES, Measure, check_measures, load_units, parts_of
-from scissordyn.run.rows import COLUMNS, Case, Worker, empty_columns, rows, store_row
+from scissordyn.run.rows import COLUMNS, GROUP_CASES_MAX, Case, Worker, empty_columns, rows, store_row
 from scissordyn.tolerance import DATA_TOL
 
 TITLE = "scissordyn batch"  # Title of the data set
@@ -69,7 +69,8 @@ def simulate_many(
     start, rtol, atol, method, most_steps, events, step
         As for `simulate`.
     threads : int, optional
-        Number of threads; by default one per processor.
+        Number of threads; by default one per processor. On Linux, duplicates of a process that has no other threads take their
+        place for 64 cases or more, unless measures are user-defined.
     progress : callable, optional
         Called after each case with the number of finished cases and the number of all cases.
 
@@ -125,8 +126,10 @@ def simulate_cases(
     batch, base = _empty_batch(mechanism, columns, chosen, cases), plan(mechanism)
     table, seconds, status = {str(name): batch[name].values for name in batch.data_vars}, 0.0, "complete"
     workers = [Worker(base, options, chosen) for _ in range(min(workers_of(threads), cases))]
+    # functions of the user may change objects of this process; duplicates of it take longer to start than a few short cases
+    in_process = isinstance(measures, Mapping) or cases < 4 * GROUP_CASES_MAX
     try:
-        for done, row in enumerate(rows(workers, case, cases), 1):
+        for done, row in enumerate(rows(workers, case, cases, in_process=in_process), 1):
             store_row(table, row.case, row.values)
             seconds += np.nan_to_num(row.seconds)
             if progress is not None:

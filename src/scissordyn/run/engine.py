@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -93,11 +96,14 @@ def outcomes(
     *,
     total: int = 0,
     progress: Callable[[int, int], None] | None = None,
+    in_process: bool = False,
 ) -> Iterator[Outcome[Task, Value]]:
     """Yield the outcomes of tasks in the order in which they finish; with one thread, tasks run in the caller's thread.
 
-    Progress is called after each task, once its outcome has been used, with the number of finished tasks and the total. Ctrl-C
-    interrupts running tasks. `EngineError` is raised if a user's executor loses a worker.
+    With several threads, duplicates of this process take their place where the system makes them (`Duplicates`), unless the
+    tasks must run `in_process` because they change objects of this process. Progress is called after each task, once its
+    outcome has been used, with the number of finished tasks and the total. Ctrl-C interrupts running tasks. `EngineError` is
+    raised if a user's executor loses a worker.
     """
     workers = workers_of(engine)
     results: Generator[Outcome[Task, Value], None, None]
@@ -105,6 +111,8 @@ def outcomes(
         results = _compute_on(engine, function, tasks)
     elif workers == 1:
         results = (_compute_task(function, task) for task in tasks)
+    elif not in_process and (duplicates := Duplicates.begun(workers, function)):
+        results = _compute_on(duplicates, function, tasks)
     else:
         results = _compute_in_threads(workers, function, tasks)
     try:
@@ -191,6 +199,8 @@ def _submit(
     if here:
         return executor.submit(_compute_stoppable, stop, function, task)
     try:
+        if isinstance(executor, Duplicates):
+            return executor.submit(_compute_duplicated, dumps(task))
         return executor.submit(_compute_pickled, dumps((function, task)))
     except (BrokenExecutor, RuntimeError, OSError) as error:
         raise EngineError(f"no task can be submitted ({error}); completed tasks are kept") from error
@@ -223,8 +233,17 @@ def _compute_stoppable(
 
 
 def _compute_pickled(content: bytes) -> bytes:
-    """Run a pickled task in another process; an error that cannot be pickled is replaced by its text."""
-    outcome = _compute_task(*pickle.loads(content))
+    """Run a pickled task in another process."""
+    return _pickled(_compute_task(*pickle.loads(content)))
+
+
+def _compute_duplicated(content: bytes) -> bytes:
+    """Run a pickled task in a duplicate of the process that has its function."""
+    return _pickled(_compute_task(Duplicates.function, pickle.loads(content)))
+
+
+def _pickled(outcome: Outcome[Any, Any]) -> bytes:
+    """Pickle the value and the error of a task; an error that cannot be pickled is replaced by its text."""
     try:
         answer = bytes(dumps((outcome.value, outcome.error)))
         pickle.loads(answer)
@@ -234,6 +253,29 @@ def _compute_pickled(content: bytes) -> bytes:
             dumps((None, RuntimeError(f"{type(error).__name__}: {error}" if error else "its result cannot be sent")))
         )
     return answer
+
+
+@contextmanager
+def block_signals() -> Iterator[None]:
+    """Block Ctrl-C in this thread; processes and threads started meanwhile never receive it.
+
+    A process that is still starting would otherwise end with a traceback.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # the standard library unblocks the signal when it starts this tracker
+    with _block_signals_here():
+        yield
+
+
+@contextmanager
+def _block_signals_here() -> Iterator[None]:
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class Processes(Executor):
@@ -275,7 +317,7 @@ class Processes(Executor):
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
         """Submit a task; raise `EngineError` if no process can be started."""
         try:
-            with _shield_processes():
+            with self._shield():
                 for _ in range(2):
                     pool = self._pool = self._pool or self._begun()
                     try:
@@ -285,6 +327,17 @@ class Processes(Executor):
         except OSError as error:
             raise EngineError(f"no process can be started: {error.strerror or error}; completed tasks are kept") from error
         raise EngineError("the processes die as soon as they are started; completed tasks are kept")
+
+    @contextmanager
+    def _shield(self) -> Iterator[None]:
+        """Shield new processes from Ctrl-C and give them one thread for linear algebra, unless the user has set another."""
+        added = limit_library_threads()
+        try:
+            with block_signals():
+                yield
+        finally:
+            for name in added:
+                os.environ.pop(name, None)
 
     def _begun(self) -> ProcessPoolExecutor:
         """Start a pool of processes and wait until one process has started."""
@@ -310,6 +363,52 @@ class Processes(Executor):
             pool.shutdown(wait, cancel_futures=cancel_futures)
 
 
+class Duplicates(Processes):
+    """Engine of duplicates of this process, made by `fork`, for tasks of one function.
+
+    Their Python code runs at the same time, and they have all imported modules and prepared objects from the start. A duplicate
+    has only the thread that makes it, so that this process must have a single one. Results are sent back; what a task changes
+    otherwise is lost.
+    """
+
+    function: Callable[[Any], Any]  # function of a duplicate
+
+    def __init__(self, workers: int, function: Callable[[Any], Any]) -> None:
+        super().__init__(workers)
+        self._function = function
+
+    @classmethod
+    def begun(cls, workers: int, function: Callable[[Any], Any]) -> Self | None:
+        """Return the duplicates, or None where the system does not make them."""
+        if sys.platform != "linux" or threading.active_count() > 1:
+            return None
+        duplicates = cls(workers, function)
+        try:
+            with duplicates._shield():
+                duplicates._pool = duplicates._begun()
+        except OSError:  # no memory or no process is left
+            return None
+        return duplicates
+
+    _shield = staticmethod(_block_signals_here)
+
+    def _begun(self) -> ProcessPoolExecutor:
+        pool = ProcessPoolExecutor(
+            self._max_workers, get_context("fork"), initializer=_begin_duplicate, initargs=(self._function,)
+        )
+        with warnings.catch_warnings():  # Python 3.12 warns of threads of libraries too; they wait for work
+            warnings.simplefilter("ignore", DeprecationWarning)
+            pool.submit(int)  # makes all processes
+        return pool
+
+
+def _begin_duplicate(function: Callable[[Any], Any]) -> None:
+    """Give a new duplicate its function; the collector of garbage does not visit, and so copy, the objects of its parent."""
+    gc.freeze()
+    Duplicates.function = staticmethod(function)
+    _watch_parent()
+
+
 def _watch_parent() -> None:
     """Make a new process end with its parent, even in the middle of a task."""
     parent = parent_process()
@@ -320,32 +419,3 @@ def _watch_parent() -> None:
         os._exit(0)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-@contextmanager
-def _shield_processes() -> Iterator[None]:
-    """Shield processes started in this block from Ctrl-C and give them one thread for linear algebra, unless set otherwise."""
-    added = limit_library_threads()
-    try:
-        with block_signals():
-            yield
-    finally:
-        for name in added:
-            os.environ.pop(name, None)
-
-
-@contextmanager
-def block_signals() -> Iterator[None]:
-    """Block Ctrl-C in this thread; processes and threads started meanwhile never receive it.
-
-    A process that is still starting would otherwise end with a traceback.
-    """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    resource_tracker.ensure_running()  # the standard library unblocks the signal when it starts this tracker
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -78,31 +78,42 @@ class Row(NamedTuple):
     seconds: float = math.nan  # computing time of the run [s]
 
 
-def rows(workers: Sequence[Worker], case: Callable[[int], Case], cases: int) -> Iterator[Row]:
-    """Simulate cases on one thread for each worker; yield their rows as they finish."""
+def rows(workers: Sequence[Worker], case: Callable[[int], Case], cases: int, *, in_process: bool = False) -> Iterator[Row]:
+    """Simulate cases on one thread, or in one duplicate of this process, for each worker; yield their rows as they finish."""
     free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
     for worker in workers:
         free.put(worker)
 
+    seconds = 0.0
+
     def groups() -> Iterator[range]:
         first = 0
         while first < cases:
-            last = min(first + min(worker.size(cases, len(workers)) for worker in workers), cases)
+            last = min(first + _group_size(seconds, cases, len(workers)), cases)
             yield range(first, last)
             first = last
 
-    def compute(group: range) -> list[Row]:
-        worker = free.get()
+    def compute(group: range) -> tuple[list[Row], float]:
+        worker, began = free.get(), clocks.thread_time()  # other threads and processes do not make groups smaller
         try:
-            return worker.rows(group, case)
+            return worker.rows(group, case), (clocks.thread_time() - began) / len(group)
         finally:
             free.put(worker)
 
-    for outcome in outcomes(len(workers), compute, groups()):
+    for outcome in outcomes(len(workers), compute, groups(), in_process=in_process):
+        if isinstance(outcome.error, ScissordynError):  # the duplicates that computed the group died
+            yield from (Row(case_index, failed_row(str(outcome.error))) for case_index in outcome.task)
+            continue
         if outcome.value is None:
             assert outcome.error is not None
             raise outcome.error
-        yield from outcome.value
+        found, seconds = outcome.value
+        yield from found
+
+
+def _group_size(seconds: float, cases: int, threads: int) -> int:
+    """Return the number of cases in the next group, from the time of a case in the last one, 0 for the first group."""
+    return max(1, min(GROUP_CASES_MAX, int(CALL_SECONDS / seconds), cases // (8 * threads))) if seconds else 1
 
 
 class Worker:
@@ -117,17 +128,10 @@ class Worker:
         self.still = bool(chosen) and all(measure.static for measure in chosen)
         self.slots: list[_Slot] = []
         self.path: IdealPath | None = None
-        self.seconds, self.slice = 0.0, FIRST_STEPS
-
-    def size(self, cases: int, threads: int) -> int:
-        """Return the number of cases in the next group, from the time that the last group took."""
-        if not self.seconds:
-            return 1
-        return max(1, min(GROUP_CASES_MAX, int(CALL_SECONDS / self.seconds), cases // (8 * threads)))
+        self.slice = FIRST_STEPS
 
     def rows(self, group: Sequence[int], case: Callable[[int], Case]) -> list[Row]:
         """Simulate the cases with the given indices and return their rows."""
-        start = clocks.thread_time()  # other threads and processes do not make groups smaller
         self.slots += [_Slot(self.base) for _ in range(len(group) - len(self.slots))]
         ready, rows = list[tuple[int, _Slot, Driver]](), list[Row]()
         for case_index, slot in zip(group, self.slots, strict=False):
@@ -158,7 +162,6 @@ class Worker:
         for case_index, slot, ended, advance_seconds in complete:
             ended.together = together
             rows.append(self._row(case_index, slot, ended, advance_seconds))
-        self.seconds = (clocks.thread_time() - start) / len(group)
         return rows
 
     def _row(self, case: int, slot: _Slot, ended: Ended, seconds: float = math.nan) -> Row:

@@ -287,7 +287,7 @@ def _derive(
     left_out, one_sided, finished = dict[str, str](), dict[str, tuple[str, str]](), dict[int, _Pass]()
     seeds = _seeded(made, options, by, change, left_out, one_sided, compared=compared, curves=times.size > 0, omits=omits)
     tasks = enumerate(iter(lambda: list(islice(seeds, DERIVATIVES)), []))
-    for outcome in outcomes(min(threads, passes) or 1, finish_pass, tasks):
+    for outcome in outcomes(min(threads, passes) or 1, finish_pass, tasks, in_process=True):
         if outcome.error is not None:
             raise outcome.error
         assert outcome.value is not None

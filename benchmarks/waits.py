@@ -184,7 +184,7 @@ def measure(quick: bool = False, beside: Sequence[Path] = ()) -> str:
             table(["run", *(f"{name} [ms]" for name in versions), "goal", *(f"{name}: steps" for name in versions)], runs),
             "`scissordyn run examples/paper.toml`: time, and memory in parentheses.\n",
             table(["command", *(f"{name} [s] ([MB])" for name in versions), "goal"], commands),
-            f"`simulate_many` of the paper's array on two threads, clearance and speed varied: medians of {many_rounds}.\n",
+            f"`simulate_many` of the paper's array on two processors, clearance and speed varied: medians of {many_rounds}.\n",
             table(["cases", *(f"{name} [1/s]" for name in versions), "goal"], many),
         )
     )

@@ -377,10 +377,14 @@ class Duplicates(Processes):
         super().__init__(workers)
         self._function = function
 
+    @staticmethod
+    def possible() -> bool:
+        return sys.platform == "linux" and threading.active_count() == 1
+
     @classmethod
     def begun(cls, workers: int, function: Callable[[Any], Any]) -> Self | None:
         """Return the duplicates, or None where the system does not make them."""
-        if sys.platform != "linux" or threading.active_count() > 1:
+        if not cls.possible():
             return None
         duplicates = cls(workers, function)
         try:

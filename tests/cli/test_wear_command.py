@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -129,6 +130,15 @@ def test_an_interrupted_command_goes_on(case, whole, capfd, monkeypatch):
     assert sd.load("life.nc").sizes["state"] == 2
     assert status_of(["wear", case, "-o", "life.nc"]) == 0
     xr.testing.assert_identical(sd.load("life.nc"), sd.load(whole))
+
+
+def test_interruption_before_the_first_cycle(case, folder, capfd, monkeypatch):
+    """Contract: Ctrl-C before anything is simulated is one line, writes no file, and JSON is not mixed with text."""
+    monkeypatch.setattr("scissordyn.lifetime.wear.CycleRunner.loads", Mock(side_effect=KeyboardInterrupt))
+    assert status_of(["wear", case, "-o", "life.nc", "--json"]) == 130
+    shown = capfd.readouterr()
+    assert (shown.out, shown.err) == ("", "scissordyn: interrupted\n")
+    assert not (folder / "life.nc").exists()
 
 
 def test_what_is_refused(case, folder, refused):

@@ -64,10 +64,9 @@ def wear(
             each=keep,
             progress=None if update is None else lambda done, total: update("cycles", completed=done, total=total),
         )
-    if run.sizes["state"]:
-        keep(run)
-    files = [*_draw(run, plot, film), *([_report(run, report)] if report is not None and run.sizes["state"] else [])]
-    if as_json and run.sizes["state"]:
+    keep(run)
+    files = [*_draw(run, plot, film), *([] if report is None else [_report(run, report)])]
+    if as_json:
         print_json(_record(run) | {"files": [str(file) for file in [*([] if output is None else [output]), *files]]})
     elif not quiet:
         _show(run, output, files)
@@ -92,11 +91,11 @@ def _earlier(output: Path | None) -> xr.Dataset | None:
 def _draw(run: xr.Dataset, folder: Path | None, film: Path | None) -> list[Path]:
     """Draw the worn contour of each joint, the curves over the cycles, and a film; return the paths of the files."""
     files = list[Path]()
-    if film is not None and run.sizes["state"]:
+    if film is not None:
         from scissordyn.plot.wear import film as write_film
 
         files.append(write_film(run, film))
-    if folder is not None and run.sizes["state"]:
+    if folder is not None:
         from scissordyn.plot.file import write
         from scissordyn.plot.wear import history, profile
 
@@ -130,11 +129,10 @@ def _show(run: xr.Dataset, output: Path | None, files: list[Path]) -> None:
     from scissordyn.cli.show import warning_texts
     from scissordyn.lifetime.life import life_lines, simulated_line
 
-    reached = int(run["cycle"].values[-1]) if run.sizes["state"] else 0
-    say(*(life_lines(run) if reached else []), highlight=False, soft_wrap=True)
+    say(*(life_lines(run) if run["cycle"].values[-1] else []), highlight=False, soft_wrap=True)
     say(simulated_line(run), highlight=False)
     say(*warning_texts(run), highlight=False, soft_wrap=True)
-    if output is not None and run.sizes["state"]:
+    if output is not None:
         say(f"Saved to {output}" + ("" if run.attrs["status"] == "complete" else f", marked {run.attrs['status']}"))
     say(*files)
 

@@ -139,7 +139,7 @@ def life_lines(run: xr.Dataset) -> list[str]:
 
 def simulated_line(run: xr.Dataset) -> str:
     """Return a line with the number of simulated cycles; repeated steps and members may simulate more than a short life has."""
-    reached, simulated = int(run["cycle"].values[-1]) if run.sizes["state"] else 0, run.attrs["simulated_cycles"]
+    reached, simulated = int(run["cycle"].values[-1]), run.attrs["simulated_cycles"]
     if simulated > reached:
         return f"{simulated} cycles simulated for {reached} cycles."
     return f"{simulated} of {reached} cycles simulated."

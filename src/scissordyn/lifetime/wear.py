@@ -162,6 +162,8 @@ def wear_out(
             if each is not None:
                 each(life.dataset("interrupted", "interrupted"))
     except KeyboardInterrupt:
+        if not life.states:
+            raise
         return life.dataset("interrupted", "interrupted")
     except ScissordynError as error:
         if not life.states:

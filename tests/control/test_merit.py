@@ -109,8 +109,10 @@ def test_part_of_a_run_has_the_figures_of_a_shorter_run(clearance_array):
             assert 0.99 * float(wanted[name].max()) <= float(found[name].max()) <= (1.0 + 1e-6) * float(wanted[name].max())
 
 
-def test_errors(ideal):
-    """Contract: runs that do not fit are refused."""
+def test_errors(ideal, clearance_run):
+    """Contract: runs that do not fit, or are swapped, are refused."""
+    with pytest.raises(sd.InputError, match="the ideal run has clearance joints and the run has none"):
+        sd.figures_of_merit(ideal, clearance_run)
     with pytest.raises(sd.InputError, match="the run has no drive"):
         sd.figures_of_merit(sd.simulate(sd.scissor(units=1), until=0.01, samples=3), ideal)
     with pytest.raises(sd.InputError, match="fewer than two samples"):

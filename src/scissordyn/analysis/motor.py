@@ -224,11 +224,15 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     Raises
     ------
     InputError
-        If the runs have no driven body or belong to different mechanisms.
+        If the runs have no driven body, belong to different mechanisms or are swapped.
     """
     sources = [source for source in _sources(run) if source.dimension in ("drive", "actuator")]
     if not sources:
         raise InputError("the run has no drive or actuator", "a mechanism with driven() or controlled()")
+    if clearance_joints(ideal) and not clearance_joints(run):
+        raise InputError(
+            "the ideal run has clearance joints and the run has none", "first the run, then the ideal run", "run, ideal"
+        )
     body = sources[0].body
     sources = [source for source in sources if source.body == body]
     for needed, name in ((run, "run"), (ideal, "ideal run")):

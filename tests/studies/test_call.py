@@ -272,7 +272,7 @@ def test_engines(engine, found):
         ({"factors": {"A.clearance": object()}}, "expected (1e-4, 4e-4), [50.0"),
         ({"factors": [("A.clearance", 1e-4)]}, "expected a mapping from parameter paths to values"),
         ({"factors": {}}, "nothing varies"),
-        ({"factors": {"A.clearance": (-1.0, 1.0)}}, "'A.clearance' up to -1"),
+        ({"factors": {"A.clearance": (-1.0, 1.0)}}, "'A.clearance' can be -1"),
         ({"members": 0}, "members = 0"),
         ({"until": None}, "the end time of the runs is missing; expected until"),
         ({"measures": ["peak_fource"]}, "did you mean 'peak_force'"),

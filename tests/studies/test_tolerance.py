@@ -7,7 +7,7 @@ from scipy import stats
 import scissordyn as sd
 from scissordyn.config.study import BaseCase, make_study, read_study
 from scissordyn.config.variation import read_deviation, read_variation
-from scissordyn.model.parameter_path import single
+from scissordyn.model.parameter_path import number, single
 from scissordyn.studies.answer.page import varied_numbers
 from scissordyn.studies.answer.verdict import by_point
 from scissordyn.studies.ask.distribution import PROBABILITY_MAX, PROBABILITY_MIN, Distribution, from_scipy
@@ -70,6 +70,17 @@ def test_clearance_is_half_of_the_difference_of_the_diameters():
     assert normal.ends == pytest.approx((low, high))
     assert float(normal.quantile(np.array([0.5]))[0]) == pytest.approx(0.5 * (low + high))
     assert dict(normal.arguments)["scale"] == pytest.approx(0.5 * np.hypot(15e-6, 9e-6) / 6.0)
+
+
+@pytest.mark.parametrize("shape", ["", ", norm"])
+def test_fit_without_least_clearance(shape):
+    """Contract: a clearance may have the fit H7/h6, whose least clearance is 0; its mean is a quarter of both tolerances."""
+    quantity = number(arm(), "A.clearance").quantity
+    read = read_variation(f"H7/h6 at 20 mm{shape}", quantity, parameter="A.clearance")
+    assert all(map(quantity.admits, read.ends))
+    assert float(read.quantile(np.array([0.5]))[0]) == pytest.approx(0.25 * (21e-6 + 13e-6), rel=1e-6)
+    study = sd.study(arm(), {"A.clearance": f"H7/h6 at 20 mm{shape}"}, until=UNTIL, points=2, design="sobol")
+    assert study.counts["complete"] == 2
 
 
 @pytest.mark.parametrize(
@@ -227,7 +238,7 @@ def test_deviations_that_fit_nothing_are_refused():
     """Contract: a deviation needs a chosen value, and may not leave the bounds."""
     with pytest.raises(sd.InputError, match="deviates from a value that is not chosen"):
         described({"drive.speed": "10, 20 rad/s"}, {"A.clearance": "+- 20 %"})
-    with pytest.raises(sd.InputError, match=r"'A.clearance' up to -"):
+    with pytest.raises(sd.InputError, match=r"'A.clearance' can be -"):
         described({"A.clearance": "0.1..0.4 mm"}, {"A.clearance": "+- 0.2 mm"})
 
 

@@ -170,7 +170,8 @@ def _read_fit(fit: str, size: str, shape: str | None, quantity: Quantity) -> Var
     value, unit = number_and_unit(size)
     if not unit:
         raise InputError("missing unit of the diameter", "a diameter with its unit", FIT_EXAMPLE)
-    return read_fit(fit, float(value) * unit_factor(unit, "m")).clearance(shape or TOLERANCE_SHAPES[0])
+    smallest = 2.0 * (quantity.minimum or 0.0)  # twice, so that no quantile is below the bound by round-off
+    return read_fit(fit, float(value) * unit_factor(unit, "m")).clearance(shape or TOLERANCE_SHAPES[0], smallest)
 
 
 def _read_variation(text: str, quantity: Quantity, folder: Path) -> Variation:

@@ -189,7 +189,7 @@ class Study:
             ends = factor.deviated_ends(chosen[factor.of]) if factor.of else factor.variation.ends
             for end in ends:
                 if np.isfinite(end) and not quantity.admits(end):
-                    raise InputError(f"'{factor.path}' up to {end:g} [{quantity.unit}]", quantity.expected)
+                    raise InputError(f"'{factor.path}' can be {end:g} [{quantity.unit}]", quantity.expected)
             if self.factor_names.count(factor.name) > 1:
                 raise InputError(
                     f"'{factor.path}' varies twice", "each parameter once, or a tolerance of the chosen value", "'+- 20 %'"

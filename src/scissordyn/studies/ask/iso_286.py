@@ -89,7 +89,7 @@ class Fit:
         upper = -DEVIATIONS[self.shaft][self._range]
         return (upper - GRADES[self.shaft_grade][self._range]) * 1e-6, upper * 1e-6
 
-    def clearance(self, shape: str = "uniform") -> Distribution:
+    def clearance(self, shape: str = "uniform", smallest: float = 0.0) -> Distribution:
         """Return the radial clearance, half of the difference of the diameters [m].
 
         Parameters
@@ -97,8 +97,10 @@ class Fit:
         shape : {"uniform", "norm"}
             Distribution of the diameters: uniform within their tolerance fields, or normal about their middle, with the limits
             three standard deviations away. The clearance of uniform diameters is trapezoidal.
+        smallest : float
+            Smallest clearance that a joint can have [m]; the range of a shaft h begins there instead of at 0.
         """
-        least, most = 0.5 * (self.hole[0] - self.pin[1]), 0.5 * (self.hole[1] - self.pin[0])
+        least, most = max(smallest, 0.5 * (self.hole[0] - self.pin[1])), 0.5 * (self.hole[1] - self.pin[0])
         widths = sorted((0.5 * (self.hole[1] - self.hole[0]), 0.5 * (self.pin[1] - self.pin[0])))
         middle, half = 0.5 * (least + most), 0.5 * (most - least)
         if shape == "norm":

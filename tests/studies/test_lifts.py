@@ -27,7 +27,7 @@ def test_batch_is_statics_of_each_case():
     assert list(batch["status"].values) == ["complete"] * 2
     assert batch.attrs["integration_seconds"] == 0.0
     np.testing.assert_allclose(batch["static_rod_force"].values[:, 0], jack_force(40.0) * np.array([4.0, G]) / G, rtol=1e-11)
-    forces = sd.statics(lift, until=0.9, points=401)
+    forces = sd.statics(lift, until=0.9, points=101)
     sizes = np.maximum(np.abs(forces["least"]), np.abs(forces["largest"]))
     for name, dim, kind in (
         ("static_reaction", "ideal_joint", "reaction"),
@@ -43,14 +43,14 @@ def test_batch_is_statics_of_each_case():
 def test_measures_of_couplings_servos_and_bars():
     """Identity: measures of couplings, drives, servos and bending bars are those of statics."""
     entry = sd.zoo["screw-driven-array"]
-    forces = sd.statics(entry.mechanism, until=0.5)
+    forces = sd.statics(entry.mechanism, until=0.5, points=51)
     names = ("static_drive_torque", "static_coupling_force")
     batch = sd.simulate_many(entry.mechanism, {"gravity": [G]}, until=0.5, measures=names)
     sizes = [float(np.abs(forces[name]).max()) for name in ("drive_torque", "coupling_force")]
     assert [float(batch[name].values[0, 0]) for name in names] == pytest.approx(sizes)
     servo = sd.read_case(EXAMPLES / "controlled.toml")
     batch = sd.simulate_many(servo.mechanism, {"gravity": [G]}, until=servo.run.until, measures=("static_component_force",))
-    torque = sd.statics(servo.mechanism, until=servo.run.until)["drive_torque"]
+    torque = sd.statics(servo.mechanism, until=servo.run.until, points=51)["drive_torque"]
     assert float(batch["static_component_force"].values[0, 0]) == pytest.approx(float(np.abs(torque).max()), rel=1e-3)
     table = sd.read_case(EXAMPLES / "lift_table.toml")
     batch = sd.simulate_many(table.mechanism, {"gravity": [G]}, until=0.6, measures=("static_bar_stress",))
@@ -66,7 +66,7 @@ def test_friction_counts_as_the_drives_move():
     parts = (sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0)), sd.PinFriction("bearing", "crank", 0.02, 0.2))
     rubbed = crank.with_parts({"components": parts})
     batch = sd.simulate_many(rubbed, {"bearing.kinetic": [0.2]}, until=2.0, measures=("static_drive_torque",))
-    forward = sd.statics(rubbed, until=2.0, friction="forward")
+    forward = sd.statics(rubbed, until=2.0, points=101, friction="forward")
     assert float(batch["static_drive_torque"].values[0, 0]) == pytest.approx(
         float(np.abs(forward["drive_torque"]).max()), rel=1e-4
     )

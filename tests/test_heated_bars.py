@@ -58,6 +58,16 @@ def test_a_bar_between_walls_is_pressed_by_its_expansion():
     assert run["beam_axial_force"].isel(time=0).values == pytest.approx(np.full(4, -force), rel=1e-6)
 
 
+def test_the_force_between_walls_follows_the_warming():
+    """Closed form: EA alpha Delta T times the factor of the temperatures, all along a bar by modes, at each instant."""
+    made = cantilever(guided=True, elements=None, modes=2, temperature_rise=50.0, time_function=WARMING)
+    run = sd.simulate(made, until=0.03, samples=31)
+    turned = 2.0 * math.pi * np.minimum(run["time"].values / 0.02, 1.0)
+    force = 210e9 * DEPTH**2 * EXPANSION * 50.0 * (turned - np.sin(turned)) / (2.0 * math.pi)
+    found = sd.internal_forces(run, made, places=[0.0, 0.5, 1.0])["axial_force"].sel(bar="bar")
+    np.testing.assert_allclose(found, np.tile(-force[:, None], 3), rtol=0.0, atol=1e-9 * force.max())
+
+
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 @pytest.mark.parametrize("kind", HEATED)
 def test_heating_is_work_in_the_balance(kind, method):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from unittest.mock import Mock
 
 import numpy as np
 import pint
@@ -314,6 +315,14 @@ def test_both_methods_agree(periodic):
     one = sd.variational_exponent(mechanism, substeps=4000, **options)["log_growth"].values[:6]
     assert np.sum(one) > 10.0
     np.testing.assert_allclose(two, one, rtol=0.0, atol=0.02)
+
+
+def test_interruption_before_an_interval_counts(upright):
+    """Contract: Ctrl-C while all intervals are still skipped is an interruption, not an error of the arguments."""
+    interrupted = Mock(side_effect=KeyboardInterrupt)
+    with pytest.raises(KeyboardInterrupt):
+        sd.separation_exponent(upright, cycles=2, period=0.1, intervals=2, skip=1, progress=interrupted)
+    interrupted.assert_called_once_with(1, 2)
 
 
 def test_exponent_of_a_settled_orbit(frictional):

@@ -302,6 +302,8 @@ def _make_result(
     mechanism: Mechanism, growth: list[float], part: float, skip: int, algorithm: str, status: str, cause: str
 ) -> xr.Dataset:
     if len(growth) <= skip:
+        if status == "interrupted":
+            raise KeyboardInterrupt
         raise InputError(f"no interval left to average over: {cause or 'all are skipped'}", "a run longer than skip")
     counted = np.array(growth[skip:])
     result = exponent_from_growth(counted, part)

@@ -190,6 +190,7 @@ def test_interrupted_batch(threads):
         ({"A.clearance": [1e-4, 2e-4], "drive.speed": [1.0, 2.0, 3.0]}, {}, "the parameters have 2 and 3 values"),
         ({"A.clearance": [1e-4]}, {"measures": ("peak_fource",)}, "did you mean 'peak_force'"),
         ({"A.clearance": [1e-4]}, {"threads": 0}, "threads = 0"),
+        ({"A.clearance": [1e-4]}, {"measures": "peak_force"}, "'peak_force'; expected a sequence of names; for example"),
         ([{}], {}, r"over = \[\{\}\]; expected a mapping of parameter paths to values"),
     ],
 )

@@ -168,6 +168,8 @@ def _broadcast_values(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> di
 def _find_measures(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measure]:
     if isinstance(measures, Mapping):
         return dict(measures)
+    if isinstance(measures, str):
+        raise InputError(f"measures = '{measures}'", "a sequence of names", f"measures=['{measures}']")
     for name in measures:
         if name not in MEASURES:
             raise InputError(f"unknown measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))

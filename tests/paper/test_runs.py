@@ -2,6 +2,7 @@
 
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 import xarray as xr
@@ -139,8 +140,8 @@ def test_error_stops_running_tasks():
     def fail(*_):
         raise ValueError("no picture")
 
-    with pytest.raises(ValueError, match="no picture") as caught:
-        for _ in compute_tasks(work, [1, 2], what=str, engine=2, progress=fail):
+    with ThreadPoolExecutor(2) as engine, pytest.raises(ValueError, match="no picture") as caught:
+        for _ in compute_tasks(work, [1, 2], what=str, engine=engine, progress=fail):
             pass
     assert stopped.wait(10.0)
     assert caught.traceback

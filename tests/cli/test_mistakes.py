@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.cli.fit import ranges_by_parameter
 from scissordyn.cli.main import COMMANDS, status_of
 from scissordyn.cli.study import values_by_parameter
 from scissordyn.plan.plan import plan
@@ -219,6 +220,19 @@ def test_names_with_equals_signs_can_be_varied():
         "d=e.speed": "norm(loc=1, scale=0.1) rpm",
         "gravity": "9, 10 m/s^2",
     }
+
+
+def test_names_with_equals_signs_can_be_fitted():
+    """Contract: fit splits as vary does, and takes a parameter without a range as a whole."""
+    pin = sd.Revolute("a=b", ("bar", "start"), ("ground", "o"), sd.Clearance(1e-4))
+    mechanism = sd.Mechanism((sd.bar("bar", length=1.0, mass=1.0, angle=0.0),), (pin,), ground=(("o", (0.0, 0.0)),))
+    assert ranges_by_parameter(mechanism, ["a=b.clearance", "bar.mass"]) == {"a=b.clearance": None, "bar.mass": None}
+    given = ["a=b.clearance=0.1..0.2 mm", "bar.mass = norm(loc=1, scale=0.1) kg"]
+    expected = {"a=b.clearance": "0.1..0.2 mm", "bar.mass": "norm(loc=1, scale=0.1) kg"}
+    assert ranges_by_parameter(mechanism, given) == expected
+    for wrong in (["=1..2 kg"], ["a=b.clearance", "a=b.clearance=1 mm"]):
+        with pytest.raises(sd.InputError, match="--free"):
+            ranges_by_parameter(mechanism, wrong)
 
 
 def slips() -> Iterator[tuple[str, str, str]]:

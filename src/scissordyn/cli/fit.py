@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from scissordyn.casefile.quantity import read_quantity
-from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
+from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet, split_values
 from scissordyn.cli.output import DONE, UNFINISHED, check_file, check_folder, check_run, print_json, print_table, say
 from scissordyn.cli.parameter import Option
 from scissordyn.errors import InputError, did_you_mean, printable
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.casefile.case import Case
+    from scissordyn.model.mechanism import Mechanism
 
 
 def fit(
@@ -81,7 +82,7 @@ def fit(
     fitted = compute(
         read,
         data,
-        _ranges(free),
+        ranges_by_parameter(read.mechanism, free),
         segment=_segment(segment),
         deviations=_deviations(read, deviation or []),
         jump=jump,
@@ -117,16 +118,23 @@ def _draw(fitted: xr.Dataset, folder: Path) -> list[Path]:
     return [write(axes, folder / f"{name}.png") for name, axes in pictures.items()]
 
 
-def _ranges(free: list[str]) -> dict[str, str | None]:
+def ranges_by_parameter(mechanism: Mechanism, free: list[str]) -> dict[str, str | None]:
     """Read ranges by parameter from ``PARAMETER`` or ``PARAMETER=RANGE``."""
+    from scissordyn.model.parameter_path import find
+
     ranges: dict[str, str | None] = {}
     for text in free:
-        path, _, values = text.partition("=")
-        if not path.strip():
+        path, values = text.strip(), ""
+        if "=" in text:
+            try:
+                find(mechanism, path)  # a parameter without a range, whose name contains an equals sign
+            except InputError:
+                path, _, values = split_values(text)
+        if not path:
             raise InputError(f"--free {text!r}: no parameter before the equals sign", "PARAMETER=RANGE", "--free 'arm.inertia'")
-        if path.strip() in ranges:
+        if path in ranges:
             raise InputError(f"--free {text!r}: the parameter is given twice", "each parameter once", "--free 'arm.inertia'")
-        ranges[path.strip()] = values.strip() or None
+        ranges[path] = values.strip() or None
     return ranges
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -60,6 +61,9 @@ NO_TLS_WARNING = (
     "scissordyn: Warning: without TLS, anyone who reaches the ports of the scheduler and its workers can execute code there; "
     "docs/howto/cluster.md shows how to turn it on"
 )
+
+DISTRIBUTION_TEXT = re.compile(r"(.*?)=(\s*[a-z_0-9]+\s*\(.*\)[^()=]*)", re.DOTALL)
+"""Text PARAMETER=DISTRIBUTION(...); a file name in the brackets may contain an equals sign."""
 
 DIMENSIONED_OPTIONS = {"s": ("a time", "10 ms", Quantity("s")), "m": ("a length", "5 mm", Quantity("m", above=0.0))}
 """Kind of value, example, and quantity with bounds for options with a time or a length, by SI unit."""
@@ -166,3 +170,14 @@ def value_of(text: str, quantity: Quantity, option: str) -> float:
         return read_quantity(value, quantity, f"{option} '{example(quantity)}'")
     except InputError as error:
         raise InputError(f"{option} '{text}': {error.what}", error.expected, error.example) from None
+
+
+def split_values(text: str) -> tuple[str, str, str]:
+    """Split ``PARAMETER=VALUES`` into parameter path, equals sign and values; without a sign the path is empty.
+
+    The last equals sign separates them, as names of parts may contain one, or the one before a distribution,
+    whose arguments have equals signs too.
+    """
+    called = DISTRIBUTION_TEXT.fullmatch(text)
+    path, equals, values = (called[1], "=", called[2]) if called else text.rpartition("=")
+    return path.strip(), equals, values

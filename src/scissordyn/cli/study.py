@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -10,7 +9,17 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scissordyn.cli.option import BlockSize, CaseFile, Changes, EngineOptions, QueueFile, Scheduler, ThreadCount, WorkerCount
+from scissordyn.cli.option import (
+    BlockSize,
+    CaseFile,
+    Changes,
+    EngineOptions,
+    QueueFile,
+    Scheduler,
+    ThreadCount,
+    WorkerCount,
+    split_values,
+)
 from scissordyn.cli.output import (
     DONE,
     EXIT_STATUSES,
@@ -48,9 +57,6 @@ RATE_UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))  # uni
 
 
 VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"
-
-DISTRIBUTION_TEXT = re.compile(r"(.*?)=(\s*[a-z_0-9]+\s*\(.*\)[^()=]*)", re.DOTALL)
-"""Text PARAMETER=DISTRIBUTION(...); a file name in the brackets may contain an equals sign."""
 
 Varied = Annotated[
     list[str] | None,
@@ -222,10 +228,7 @@ def values_by_parameter(texts: list[str] | None, option: str) -> dict[str, str]:
     """Read texts of the form ``PARAMETER=VALUES``; return the values by parameter path."""
     varied: dict[str, str] = {}
     for text in texts or ():
-        called = DISTRIBUTION_TEXT.fullmatch(text)
-        # split at the last equals sign: names of joints may contain one, levels and ranges not
-        path, equals, values = (called[1], "=", called[2]) if called else text.rpartition("=")
-        path = path.strip()
+        path, equals, values = split_values(text)
         if not equals or not values.strip():
             raise InputError(f"wrong form of {option} {text!r}", "a parameter, an equals sign and values", VARY_EXAMPLE)
         if path in varied:

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -46,12 +47,30 @@ if TYPE_CHECKING:
 
 ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay")  # of ``scissordyn study ACTION``
 
-ACTIONS_OF_OPTION = {
-    **dict.fromkeys(("vary", "uncertain", "samples", "seed", "goal"), ("refine",)),
-    "points": ("extend", "refine"),
-    "plot": ("report",),
+STUDY_FILE = "a study file"  # the first argument instead of an action, as error texts name it
+REFINE_OPTIONS = {
+    "--vary": "--vary A.clearance='0.05..0.4 mm'",
+    "--uncertain": "--uncertain A.clearance='norm(loc=0.2, scale=0.02) mm'",
+    "--samples": "--samples 64",
+    "--seed": "--seed 1",
+    "--goal": "--goal 'minimise peak_force'",
 }
-"""Actions of ``scissordyn study`` that accept an option, by the option's name."""
+"""Options of ``study refine`` alone, each with an example."""
+
+USES = {
+    **{option: (("refine",), f"refine study.db {shown} -o next.db") for option, shown in REFINE_OPTIONS.items()},
+    "--points": (("extend", "refine"), "extend study.db --points 2048"),
+    "--plot": (("report",), "report study.db --plot figures"),
+    "--budget": ((STUDY_FILE,), "study.toml --budget '10 min' -o study.db"),
+    "--block": ((STUDY_FILE, "refine"), "study.toml --block 64 -o study.db"),
+    "-o": ((STUDY_FILE, "refine", "report", "export", "replay"), "report study.db -o report.html"),
+    "a case number": (("replay",), "replay study.db 8"),
+    **{
+        f"--{name}": ((STUDY_FILE, "resume", "retry", "extend", "refine"), f"resume study.db --{name} {value}")
+        for name, value in (("threads", 2), ("workers", 2), ("scheduler", "tls://10.0.0.1:8786"), ("cluster", "cluster.yaml"))
+    },
+}
+"""Actions of ``scissordyn study`` that use an option, and a correct use, by the option."""
 
 RATE_UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))  # units of cases per time: text and seconds
 
@@ -96,17 +115,25 @@ def study(
     ] = None,
 ) -> int:
     where = EngineOptions(threads, workers, scheduler, cluster)
-    chosen = {"vary": vary, "uncertain": uncertain, "samples": samples, "seed": seed, "goal": goal, "points": points}
-    for name, value in {**chosen, "plot": plot}.items():
-        if value is not None and what not in ACTIONS_OF_OPTION[name]:
-            words = [f"study {word}" for word in ACTIONS_OF_OPTION[name]]
-            raise InputError(
-                f"--{name} without {ACTIONS_OF_OPTION[name][0]}", ", ".join(words), f"scissordyn {words[0]} study.db"
-            )
+    _check_uses(
+        what,
+        {
+            "--vary": vary,
+            "--uncertain": uncertain,
+            "--samples": samples,
+            "--seed": seed,
+            "--goal": goal,
+            "--points": points,
+            "--plot": plot,
+            "--budget": budget,
+            "--block": block,
+            "-o": output,
+            **{f"--{name}": value for name, value in asdict(where).items()},
+            "a case number": case,
+        },
+    )
     if what not in ACTIONS:
         return _from_file(what, store, output, where, block, budget)
-    if budget is not None:
-        raise InputError("--budget without a study file", "a study file", "scissordyn study study.toml -o study.db")
     if store is None:
         raise InputError(f"'study {what}' without a store", "the store of a study", f"scissordyn study {what} study.db")
     from scissordyn.config.studies import open_study
@@ -135,6 +162,16 @@ def study(
     print(f"Saved to {result.export(output or 'study.csv')}")
     _show(damage_section(result, result.store.path))
     return DONE
+
+
+def _check_uses(what: str, given: dict[str, object]) -> None:
+    """Raise `InputError` for a given option that the action, or a study file, does not use."""
+    action = what if what in ACTIONS else STUDY_FILE
+    for option, value in given.items():
+        actions, shown = USES[option]
+        if value is not None and action not in actions:
+            words = [word if word == STUDY_FILE else f"study {word}" for word in actions]
+            raise InputError(f"{option} without {actions[0]}", ", ".join(words), f"scissordyn study {shown}")
 
 
 def _continue(result: StudyResult, what: str, where: EngineOptions, points: int | None) -> int:

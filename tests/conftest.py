@@ -31,6 +31,11 @@ def pytest_collection():
         gc.enable()
 
 
+def pytest_collection_modifyitems(items):
+    """Put the tests that watch the interpreter last: a process keeps its audit hook, which every call of a kernel pays for."""
+    items.sort(key=lambda item: item.name.startswith(("test_tampered_documents", "test_watch_notices")))
+
+
 @pytest.fixture(scope="session")
 def array():
     """Return the paper's array with ideal joints, driven at 150 rpm."""

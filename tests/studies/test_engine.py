@@ -11,6 +11,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import scissordyn as sd
@@ -133,6 +134,15 @@ def test_duplicates_take_the_place_of_threads():
         with pytest.raises(ProcessLookupError):
             os.kill(process, 0)
     assert os.getpid() not in processes
+
+
+@LINUX
+def test_batch_in_a_worker_of_multiprocessing():
+    """Contract: a daemonic worker, which may not have processes of its own, computes a batch on threads."""
+    crank = sd.slider_crank().driven(speed=10.0)
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        found = pool.apply(sd.simulate_many, (crank, {"drive.speed": np.linspace(5.0, 9.0, 64)}), {"until": 1e-3, "threads": 2})
+    assert set(found["status"].values) == {"complete"}
 
 
 @LINUX

@@ -379,7 +379,8 @@ class Duplicates(Processes):
 
     @staticmethod
     def possible() -> bool:
-        return sys.platform == "linux" and threading.active_count() == 1
+        """Return True in a process with one thread, on Linux; a worker of `multiprocessing` may not have its own processes."""
+        return sys.platform == "linux" and threading.active_count() == 1 and parent_process() is None
 
     @classmethod
     def begun(cls, workers: int, function: Callable[[Any], Any]) -> Self | None:

@@ -38,6 +38,18 @@ def pendulum():
     return sd.Mechanism(tuple(bars), joints, ground=(("O", (0.0, 0.0)),), gravity=0.0)
 
 
+def cross_slide():
+    """Return a block without joints on two guides: an upright one on the ground and one along a crank."""
+    crank = sd.bar("crank", length=1.0, mass=1.0, angle=0.5)
+    block = sd.point_mass("block", mass=0.3, position=(0.5, 0.5 * math.tan(0.5)))
+    guides = (
+        sd.Guide("upright", ("block", "centre"), (0.5, 0.0), 0.5 * math.pi),
+        sd.Guide("slot", ("block", "centre"), (0.0, 0.0), 0.0, "crank"),
+    )
+    pin = sd.Revolute("O", ("crank", "start"), ("ground", "O"))
+    return sd.Mechanism((crank, block), (pin,), guides=guides, ground=(("O", (0.0, 0.0)),))
+
+
 def tool():
     """Return a four-bar with a point mass on its coupler and no guide."""
     linkage = sd.four_bar(coupler_point=(0.1, 0.05))
@@ -55,6 +67,7 @@ def tool():
         sd.slider_crank(offset=0.01),
         sd.slider_crank(offset=0.01, slider_inertia=1e-4),
         slot(),
+        cross_slide(),
         pendulum(),
         tool(),
     ],

@@ -207,9 +207,8 @@ def _bodies_on_pins(drawing: Drawing) -> dict[str, list[BodyPoint]]:
     for bar in drawing.bars:
         for pin in dict.fromkeys(bar.pins):
             points_on_pin[pin].append((bar.name, pin))
-    for block in drawing.blocks:
-        if not block.follower:
-            points_on_pin[block.pin].append((block.name, "centre"))
+    for pin, name in dict.fromkeys((block.pin, block.name) for block in drawing.blocks if not block.follower):
+        points_on_pin[pin].append((name, "centre"))  # once, also for a block on two lines
     for pin in drawing.fixed:
         points_on_pin[pin].append((GROUND, pin))
     return points_on_pin

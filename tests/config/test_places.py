@@ -96,6 +96,10 @@ def test_an_address_names_tables_as_the_option_set_does():
             SMALLEST_CASE + '[[spring]]\nname = "s"\nstart = "slider.centre"\nend = "ground.nowhere"\nstiffness = "1 N/m"\n',
             "case.toml, line 5: spring 's' refers to point 'nowhere'",
         ),
+        (
+            SMALLEST_CASE.replace("[run]", 'units = 2\nbars = { section = "tube 60x60x40 mm", material = "steel" }\n[run]'),
+            "case.toml, line 4: structure.bars: a section 60 mm across",
+        ),
         (SMALLEST_CASE + "[drive\n", "line 5"),
         ("[structure\n", "not valid TOML"),
         ('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms', "not valid TOML"),

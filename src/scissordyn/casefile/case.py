@@ -128,7 +128,7 @@ class _CaseTable(Table):
                 with add_place(section, index):
                     mechanism = self._with_addition(mechanism, section, table, tables[:index], feed_forward)
             if section == "panels" and self.structure.bars is not None:
-                with add_place("structure"):
+                with add_place("structure", "bars"):
                     mechanism = self.structure.bars.result(mechanism)
         return mechanism
 

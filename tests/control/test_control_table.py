@@ -107,6 +107,18 @@ def test_errors(tmp_path, control, words):
         case(tmp_path, control)
 
 
+def test_the_feed_forward_torque_blames_the_part(tmp_path):
+    """Contract: an error about a part has the line of the part; one about the driven body has that of [control]."""
+    law = 'controller = { name = "feed-forward", proportional = "2e4 N m/rad", derivative = "1500 N m s/rad" }'
+    control = f'[control]\nfeed_forward = "ideal"\nname = "servo"\n{law}\n'
+    ends = 'start = "unit 1/bar 1.middle"\nend = "unit 1/bar 2.middle"'
+    spring = f'[[spring]]\nname = "s"\n{ends}\nstiffness = "100 N/m"\nfree_length = "1 m"\n'
+    with pytest.raises(sd.InputError, match=r"case.toml, line 13: spring 's' has zero length at the start"):
+        case(tmp_path, control + spring)
+    with pytest.raises(sd.InputError, match=r"case.toml, line 9: control: .*slider"):
+        case(tmp_path, control + 'body = "slider"\nreference = { speed = "1 rpm" }\n')
+
+
 def test_catalogue_on_the_command_line(answer):
     """Contract: the list names every controller; one is shown with its parameters; an unknown one is refused."""
     assert {"pid", "feed-forward", "pyragas", "extended", "none"} <= set(answer("controllers").split())

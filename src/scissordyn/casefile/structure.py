@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import MISSING
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -14,6 +16,7 @@ from scissordyn.casefile.table import (
     Call,
     Context,
     Hints,
+    PartError,
     Reader,
     Table,
     call_table,
@@ -157,6 +160,19 @@ def _read_torques(given: Any, context: Context) -> str | Tabulated:
     return read_tabulated(given, Path(), "N m")
 
 
+@contextmanager
+def _errors_of_parts(mechanism: Mechanism) -> Iterator[None]:
+    """Raise errors of the block that name a part of the mechanism, such as a spring, as `PartError`."""
+    parts: tuple[Any, ...] = (*mechanism.components, *mechanism.joints, *mechanism.guides, *mechanism.rods)
+    names = {part.name for part in (*parts, *mechanism.couplings, *mechanism.welds)}
+    try:
+        yield
+    except InputError as error:
+        if names.isdisjoint(re.findall(r"'([^']+)'", error.what)):
+            raise
+        raise PartError(error.what, error.expected, error.example) from None
+
+
 class ControlTable(Table):
     """Table [control]: a controlled torque instead of a drive."""
 
@@ -189,7 +205,8 @@ class ControlTable(Table):
             if feed_forward is None:
                 raise InputError(f"feed_forward = {torque!r} in a saved run", "a table of torques over time")
             turned = with_rotors(mechanism, [(body, self.inertia)] if body else [])
-            torque = feed_forward(turned, reference or ConstantSpeed(0.0), until=until, body=self.body)
+            with _errors_of_parts(mechanism):
+                torque = feed_forward(turned, reference or ConstantSpeed(0.0), until=until, body=self.body)
         return mechanism.controlled(
             self.controller,
             reference=reference,

@@ -216,6 +216,8 @@ def add_place(*place: int | str, given: Any = MISSING) -> Iterator[None]:
     except PlacedError as error:
         whole = (*place, *error.place)
         raise PlacedError(whole, error.given, error.text, error.expected, error.example, key=error.key) from None
+    except PartError:
+        raise
     except InputError as error:
         plain = isinstance(given, list) and all(isinstance(value, str | int | float) for value in given)
         shown = plain or not (given is MISSING or isinstance(given, Mapping | list))
@@ -419,6 +421,10 @@ class PlacedError(InputError):
 
     def error_text(self, where: str) -> str:
         return ": ".join(filter(None, (f"{where}{self.given}", self.text)))
+
+
+class PartError(InputError):
+    """Error about a part that the text names; the table whose value required the part's motion adds no place."""
 
 
 def example_text(sample: object) -> str:

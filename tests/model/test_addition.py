@@ -116,6 +116,7 @@ def test_refused_lengths(length):
         sd.angulated_bar("rod", first=0.5, second=length, mass=1.0)
 
 
+SLIDE = ("ground", "origin"), ("slider", "centre")  # Start and end of friction in the guide of a slider-crank
 RUBBING = {"radius": 0.01, "kinetic": 0.15}  # Pin radius [m] and friction coefficient
 
 
@@ -161,6 +162,30 @@ def test_friction_in_joints_of_a_pattern():
     own = array.with_parts({"components": (sd.PinFriction("mine", named.body, 0.01, 0.1, named.base),)})
     with pytest.raises(sd.InputError, match="pin 'unit 1/pivot' already has friction 'mine'; expected one of them"):
         sd.with_joint_friction(own, **RUBBING)
+
+
+@pytest.mark.parametrize(
+    ("parts", "says"),
+    [
+        ((sd.PinFriction("a", "crank", 0.01, 0.1), sd.PinLuGre("b", "crank", 0.01, 0.1)), "'b' acts in the same pin as 'a'"),
+        (
+            (sd.PinFriction("a", "crank", 0.01, 0.1, "rod"), sd.PinFriction("b", "rod", 0.01, 0.1, "crank")),
+            "'b' acts in the same pin as 'a'; expected one friction in each pin",
+        ),
+        (
+            (sd.GuideFriction("a", *SLIDE, 0.0, 0.1), sd.GuideLuGre("b", *SLIDE, np.pi, 0.1)),
+            "'b' acts in the same guide as 'a'",
+        ),
+    ],
+)
+def test_two_frictions_in_one_joint(parts, says):
+    """Contract: friction would be counted twice; frictions in different joints are accepted."""
+    crank = sd.slider_crank()
+    with pytest.raises(sd.InputError, match=says):
+        crank.with_parts({"components": parts})
+    others = sd.PinFriction("a", "crank", 0.01, 0.1), sd.PinFriction("b", "rod", 0.01, 0.1, "crank")
+    across = sd.GuideFriction("c", *SLIDE, 0.0, 0.1), sd.GuideFriction("d", *SLIDE, 1.0, 0.1)
+    assert len(crank.with_parts({"components": (*others, *across)}).components) == 4
 
 
 # Case file with two tables of joint friction

@@ -13,6 +13,9 @@ from scissordyn.components.actuator import Actuator
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.components.declaration import Component
 from scissordyn.components.flexible_bar import FlexibleBar
+from scissordyn.components.guide_friction import GuideFriction
+from scissordyn.components.lugre import GuideLuGre, PinLuGre
+from scissordyn.components.pin_friction import PinFriction
 from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import check_place
@@ -49,6 +52,7 @@ def check_parts(mechanism: Mechanism) -> None:
     for component in components:
         _check_component(bodies, component)
     _check_section_names(components)
+    _check_friction(mechanism.components)
     _check_moments(mechanism, bodies.points)
     for drive in mechanism.drives:
         bodies.check_rotates("the drive", drive.body, ground=False)
@@ -174,6 +178,25 @@ def _check_section_names(components: tuple[Any, ...]) -> None:
                 "a section with another name",
                 f'@component(section="my_{section}", ...)',
             )
+
+
+def _check_friction(components: tuple[Any, ...]) -> None:
+    """Raise `InputError` for two frictions in one ideal pin or guide: their sum is the friction of neither."""
+    pins: dict[frozenset[str], str] = {}
+    guides = defaultdict[tuple[str, BodyPoint], list[Any]](list)
+    for part in components:
+        if isinstance(part, PinFriction | PinLuGre):
+            place, other = "pin", pins.setdefault(frozenset((part.body, part.base)), part.name)
+        elif isinstance(part, GuideFriction | GuideLuGre):
+            same = guides[part.start[0], part.end]
+            same.append(part)
+            turned = [each for each in same if abs(math.remainder(each.direction - part.direction, math.pi)) < ASSEMBLY_TOL]
+            place, other = "guide", turned[0].name
+        else:
+            continue
+        if other != part.name:
+            what = f"{part.declaration.label} '{part.name}' acts in the same {place} as '{other}'"
+            raise InputError(what, f"one friction in each {place}")
 
 
 def _check_names(mechanism: Mechanism) -> None:

@@ -118,6 +118,19 @@ def test_position_without_equilibrium_is_named():
         sd.statics(beyond.driven(speed=1.0), until=6.0, points=25)
 
 
+def test_locking_position_is_named():
+    """Closed form: a crank longer than its rod locks where the rod is upright, at asin(40/50) = 53.1301 deg."""
+    crank = sd.slider_crank(crank=0.05, rod=0.04).driven(speed=2.0 * np.pi)
+    lock = math.asin(0.8) / (2.0 * np.pi)
+    place = rf"at t = 0.15 s: locking position at t = {lock:.6g} s \(drive of 'crank' at 53.1301 deg\)"
+    says = f"{place}.* for example until = 0.146 s"
+    with pytest.raises(sd.InputError, match=f"statics {says}"):
+        sd.statics(crank, until=1.0)
+    with pytest.raises(sd.InputError, match=says):
+        sd.modes(crank, times=[0.0, 0.15], drive="released")
+    assert sd.statics(crank, until=0.146, points=5).sizes["time"] == 5
+
+
 def test_command(tmp_path, capsys):
     """Contract: the command prints the largest forces and writes table and picture; bad input is refused."""
     table, picture = tmp_path / "forces.csv", tmp_path / "forces.png"

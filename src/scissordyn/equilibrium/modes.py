@@ -108,7 +108,8 @@ def modes(
         raise InputError(
             "times are not finite, increasing numbers", "increasing instants of the drives' motion [s]", "times=[0.0, 0.1, 0.2]"
         )
-    inputs = Inputs(plan(ideal))
+    driven = plan(ideal)
+    inputs = Inputs(driven)
     if inputs.count == 0:
         raise InputError(
             "modes along the motion of a mechanism without a drive; a servo does not prescribe a motion",
@@ -120,7 +121,7 @@ def modes(
     def lock(time: float, turned: Mapping[str, float]) -> Plan:
         return lock_drives(whole.case(lock_loads(whole.mechanism, time)), time, turned)
 
-    rests = equilibria_along_motion(lock, inputs, instants.tolist(), position)
+    rests = equilibria_along_motion(lock, driven, instants.tolist(), position)
     datasets = [_modes_at(at, ideal, count, position, released_drive) for at, ideal in rests]
     joined = xr.concat(
         datasets, xr.DataArray(instants, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, Literal
 
 import numpy as np
@@ -12,8 +13,9 @@ from scissordyn.components.torque import Torque
 from scissordyn.equilibrium.rest import activate_closed_gaps, equilibrium, keep_modes
 from scissordyn.equilibrium.start import assembled_near, prepare_start, rest_with_clearances
 from scissordyn.equilibrium.static_position import StaticPosition, count_turns
-from scissordyn.errors import InputError
+from scissordyn.errors import AssemblyError, InputError
 from scissordyn.kinematics.assembly import whole_state
+from scissordyn.kinematics.branching import locking_position
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan
@@ -64,22 +66,42 @@ def equilibrium_pair(
 
 
 def equilibria_along_motion(
-    lock: LockDrives, inputs: Inputs, times: Iterable[float], position: Position
+    lock: LockDrives, driven: Plan, times: Iterable[float], position: Position
 ) -> Iterator[tuple[StaticPosition, StaticPosition]]:
-    """Yield both equilibria of `equilibrium_pair` at each time of the drives' motion, found from those before."""
+    """Yield both equilibria of `equilibrium_pair` at each time of the drives' motion, found from those before.
+
+    The drives of `driven`, a plan with ideal joints, prescribe the motion.
+    """
 
     def ideal(time: float, turned: Mapping[str, float]) -> Plan:
         return lock(time, turned).ideal
 
-    path = _Path(position)
+    path, inputs = _Path(position), Inputs(driven)
     for time in times:
         if not path.places and time != 0.0:
             path.extend(ideal, 0.0)
         before = path.times[-1] if path.times else 0.0
         change = float(np.max(np.abs(inputs.at(time) - inputs.at(before)), initial=0.0))
-        for between in np.linspace(before, time, max(1, int(np.ceil(change / INPUT_STEP_MAX))) + 1)[1:-1].tolist():
-            path.extend(ideal, between)
-        yield path.extend(lock, time), path.places[-1]
+        stops = np.linspace(before, time, max(1, int(np.ceil(change / INPUT_STEP_MAX))) + 1)[1:-1].tolist()
+        with _naming_locking_position(driven, time):
+            for between in stops:
+                path.extend(ideal, between)
+            at = path.extend(lock, time)
+        yield at, path.places[-1]
+
+
+@contextmanager
+def _naming_locking_position(driven: Plan, time: float) -> Iterator[None]:
+    """Raise the first locking position of the drives until `time`, if there is one, instead of an error of the assembly."""
+    try:
+        yield
+    except AssemblyError as error:
+        lock = locking_position(driven, time)
+        if lock is None:
+            raise
+        place = error.what.partition(": ")[0]  # "at t = 0.15 s"
+        end = f"until = {0.99 * lock.time:.3g} s"
+        raise InputError(f"{place}: {lock.text}", f"an end of the motion before {lock.time:.6g} s", end) from None
 
 
 class _Path:
@@ -105,7 +127,8 @@ class _Path:
             except InputError as error:
                 counted = any(constraint.turning for constraint in whole.coordinates.constraints)
                 if place is None or not counted or end - before <= shortest:
-                    raise InputError(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC_PREFIX)}", error.expected) from None
+                    kind = AssemblyError if isinstance(error, AssemblyError) else InputError
+                    raise kind(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC_PREFIX)}", error.expected) from None
                 end = 0.5 * (before + end)
                 continue
             self.times, self.places = [*self.times[-1:], end], [*self.places[-1:], place]

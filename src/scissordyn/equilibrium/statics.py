@@ -188,9 +188,9 @@ def _equilibria(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
         return lock_drives(whole.case(lock_loads(whole.mechanism, time)), time, turned)
 
     try:
-        places = list(equilibria_along_motion(lock, inputs, times.tolist(), "static"))
+        places = list(equilibria_along_motion(lock, whole, times.tolist(), "static"))
     except InputError as error:
-        raise InputError(f"statics {error.what}", error.expected) from None
+        raise InputError(f"statics {error.what}", error.expected, error.example) from None
     rests = [at for at, _ in places]
     warnings: list[str] = []
     if moving is not None:

@@ -156,6 +156,13 @@ def drive_warnings(plan: Plan, until: float) -> list[str]:
     return [] if closure is None else [text for _, _, text in _ideal_warnings(closure, until)]
 
 
+def locking_position(plan: Plan, until: float) -> PositionWarning | None:
+    """Return the first locking position to which the drives lead the ideal mechanism; None if none is found."""
+    closure = _closure(plan) if plan.motions and _equations(plan) <= SEARCHED_EQUATIONS_MAX else None
+    found = [] if closure is None else _ideal_warnings(closure, until)
+    return min((singular for singular in found if singular.kind == LOCKING_KIND), default=None)
+
+
 def _ideal_warnings(closure: Closure, until: float) -> tuple[PositionWarning, ...]:
     """Return the warnings for the ideal mechanism; the last result of a plan is kept, as clearances do not matter."""
     statements = _stored_warnings(closure, until)

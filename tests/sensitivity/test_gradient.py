@@ -278,6 +278,15 @@ def test_a_largest_value_in_the_short_steps_of_a_tight_tolerance():
     assert tight["derivative"].item() == pytest.approx(loose["derivative"].item(), rel=1e-7)
 
 
+def test_the_end_of_a_run_at_a_locking_position_is_proposed():
+    """Contract: derivatives grow without limit there; the proposed end has them."""
+    crank = sd.slider_crank(crank=0.05, rod=0.04).driven(speed=2.0 * math.pi)
+    says = r"no derivatives at t = 0.1475\d+ s: .*; expected a run that ends before this instant; for example until = 0.146 s"
+    with pytest.raises(sd.ScissordynError, match=says):
+        sd.gradient(crank, of=["peak_drive_torque"], by=["rod.mass"], until=1.0)
+    assert sd.gradient(crank, of=["peak_drive_torque"], by=["rod.mass"], until=0.146)["derivative"].notnull().all()
+
+
 def test_a_count_is_refused():
     """Contract: a number that cannot change by a small amount."""
     arm = sd.scissor(units=1).driven(sd.Trapezoidal(sd.degrees(30), sd.degrees(60), 1.0))

@@ -49,6 +49,15 @@ REPLAY_FAILURES = {
 }
 """Reasons why a step cannot be repeated in dual numbers, by the status that `replay.follow` returns."""
 
+
+def _replay_error(failure: int, time: float) -> ScissordynError:
+    """Return the error for a step at `time` [s] that cannot be repeated in dual numbers, by the key in `REPLAY_FAILURES`."""
+    text = f"no derivatives at t = {time:.9g} s: {REPLAY_FAILURES[failure]}"
+    if failure != JUMP and time > 0.0:
+        text += f"; expected a run that ends before this instant; for example until = {0.99 * time:.3g} s"
+    return ScissordynError(text)
+
+
 SAMPLED_ARRAYS = ("state", "total", "memory", "mass", "reference")  # Fields of `Samples` whose derivatives are stored
 
 POINTER_ARRAYS = ("force_kernel", "gap_kernel", "switch_kernel")  # Arrays of the model with kernel pointers
@@ -203,7 +212,7 @@ class _Pass:
             )
             self.passed[driver.time] = driver.state.y.copy()
             if status < 0:
-                raise ScissordynError(f"no derivatives at t = {driver.time:.9g} s: {REPLAY_FAILURES[-status]}")
+                raise _replay_error(-status, driver.time)
             if status == loop.LOG_FULL:
                 old = driver.integration.content.log
                 driver.grow(status)

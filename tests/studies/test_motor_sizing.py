@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 import xarray as xr
+from tests.build import EXAMPLES
 
 import scissordyn as sd
+from scissordyn.cli.main import status_of
 from scissordyn.cli.response import motor as command
 from scissordyn.config.study import read_motor, read_study
 from studies.test_study import UNTIL, arm
@@ -157,6 +159,18 @@ def test_root_mean_square_of_a_torque_with_impacts(tmp_path, capsys):
     printed = float(capsys.readouterr().out.split("root mean square")[1].split()[0])
     run = sd.simulate(sd.read_case(case).mechanism, until=0.015, samples=200001)
     assert printed == pytest.approx(float(np.sqrt(np.mean(run["drive_torque"].values ** 2))), rel=1e-3)
+
+
+def test_command_refuses_a_case_without_a_torque(tmp_path, capsys, monkeypatch):
+    """Contract: a jack, or nothing that drives, is refused before the run, in terms of the case file."""
+    monkeypatch.setattr("scissordyn.run.simulate.simulate", None)
+    lift = str(EXAMPLES / "lift.toml")
+    assert status_of(["motor", lift]) == 2
+    says = f"[drive], [control] or [[motor]]; the force of a jack is a result of statics; for example scissordyn statics {lift}"
+    assert says in capsys.readouterr().err
+    (tmp_path / "case.toml").write_text('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n')
+    assert status_of(["motor", str(tmp_path / "case.toml")]) == 2
+    assert "expected [drive], [control] or [[motor]]; for example [drive]" in capsys.readouterr().err
 
 
 def test_motor_in_a_study(tmp_path):

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
     from scissordyn.analysis.motor import MotorCurve
     from scissordyn.casefile.case import Case
+    from scissordyn.model.mechanism import Mechanism
 
 # Options of a search for the smallest sufficient value, for error messages
 LEAST_EXAMPLE = "--least servo.controller.limit --from '5 N m' --to '100 N m' --require 'tip.error < 5 mm'"
@@ -288,6 +289,7 @@ def motor(
     if bool(least) != bool(first and last and require) or (not least and (first or last or require)):
         raise InputError("a search without all of its options", "--least, --from, --to and --require together", LEAST_EXAMPLE)
     read = read_case(case, change or [])
+    _check_turned(read.mechanism, case)
     ends = _search_range(read, least, first, last) if least else None
     options = read.run.equally_spaced if plot is None else read.run
     done = simulate(read.mechanism, **{**options.keywords, "trust": False})
@@ -332,6 +334,22 @@ def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
     else:
         verdict = "is enough" if share[worst] <= 1.0 else "is too weak"
         print(f"The motor {verdict}: the run needs {share[worst]:.1%} of its torque, {where}")
+
+
+def _check_turned(mechanism: Mechanism, case: Path) -> None:
+    """Raise `InputError` if no drive, controller or motor turns a body; `statics` has the forces of a jack."""
+    from scissordyn.components.actuator import Actuator
+    from scissordyn.components.motor import Motor
+    from scissordyn.components.tabulated_motor import TabulatedMotor
+
+    if mechanism.drives or any(isinstance(part, Actuator | Motor | TabulatedMotor) for part in mechanism.components):
+        return
+    pushed = bool(mechanism.coordinate_drives) or any(rod.motion for rod in mechanism.rods)
+    raise InputError(
+        f"{printable(str(case))}: nothing turns a body, so that no torque is needed",
+        "[drive], [control] or [[motor]]" + ("; the force of a jack is a result of statics" if pushed else ""),
+        command("scissordyn", "statics", case) if pushed else '[drive] and speed = "10 rpm"',
+    )
 
 
 def _search_range(read: Case, path: str, first: str, last: str) -> tuple[float, float]:

@@ -175,6 +175,7 @@ class March:
     rtol: float = 1e-12  # Relative to each component of the state
     atol: float = 1e-12  # Of the smallest clearance for coordinates, of 1 m/s for rates, of mu_k/sigma_0 for bristles
     max_step: float = 5e-5  # [s]; two crossings of the gap nearer than this might go unseen
+    stops: tuple[float, ...] = ()  # [s] ends of steps, where loads or motions are not smooth
     contacts: list[Contact] = field(default_factory=list)
     pieces: list[Piece] = field(default_factory=list)
 
@@ -248,12 +249,14 @@ class March:
 
                 crossing.terminal, crossing.direction = True, 1.0 if contact is None else -1.0
                 events.append(crossing)
-            found = self.advance(t, y, until, tuple(open_), events)
+            end = min((stop for stop in self.stops if t < stop < until), default=until)
+            found = self.advance(t, y, end, tuple(open_), events)
             self.pieces.append(Piece(t, float(found.t[-1]), found.sol, tuple(open_)))
             self.note_peaks(found.t, found.y)
             hit = [j for j in range(self.count) if found.t_events[j].size]
             if not hit:
-                break
+                t, y = end, found.y[:, -1].copy()
+                continue
             t, y = self.sharpen(found, hit[0], tuple(open_))
             q, v = self.model.settle(t, *self.parts(y)[:2])
             y[: 2 * self.n] = np.concatenate([q, v])

@@ -65,6 +65,14 @@ class Multipliers:
         direction = mechanism.gravity_direction
         self.weight = mechanism.gravity * np.array([math.cos(direction), math.sin(direction), 0.0])
 
+    def further_loads(self, t, moved, rates):
+        """Return forces and moments of further parts on all bodies and the ground, shape (bodies + 1, 3), for subclasses."""
+        return 0.0
+
+    def further_conditions(self, moved, rates):
+        """Return residuals, gradients and g of further constraints that do not depend on time, for subclasses."""
+        return np.zeros(0), np.zeros((0, moved.size)), np.zeros(0)
+
     def point_list(self, references):
         """Return body numbers and points in the bodies' frames, relative to their mass centres."""
         numbers, places = [], []
@@ -141,6 +149,9 @@ class Multipliers:
             gradient[row, 3 * i + 2] = 1.0
             position[row], prescribed[row], g[row] = self.angle[i] + moved[i, 2] - angle, speed, acceleration
             row += 1
+        more = self.further_conditions(moved, rates)
+        position, gradient, g = (np.concatenate(pair) for pair in zip(more, (position, gradient, g), strict=True))
+        prescribed = np.concatenate([np.zeros(more[0].size), prescribed])
         return position, gradient @ rates.ravel() - prescribed, gradient[:, self.active], g
 
     def close(self, t, q, v, pins):
@@ -184,9 +195,9 @@ class Multipliers:
         return a, float(torques[0]) if torques.size else 0.0, power
 
     def solve(self, t, q, v, loads):
-        """Return accelerations, and forces of ideal joints (on the journal, x and y), guides and drives."""
+        """Return accelerations, and forces of further constraints, ideal joints (on the journal, x and y), guides, drives."""
         moved = self.spread(q)
-        applied = (self.mass.reshape(-1, 3) * self.weight).copy()
+        applied = self.mass.reshape(-1, 3) * self.weight + self.further_loads(t, moved, self.spread(v))
         for points, sign, spin in ((self.clearance_pins[0], 1.0, 2), (self.clearance_pins[1], -1.0, 3)):
             arm = self.arms(moved, points)
             for k, load in enumerate(loads):

@@ -13,6 +13,8 @@ from tests.build import ORIGIN, chain, gears, wheel
 
 import scissordyn as sd
 from scissordyn.casefile.code import Code
+from scissordyn.casefile.configuration import read_configuration
+from scissordyn.explore.case import open_case
 from scissordyn.explore.field import fields_of
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan
@@ -350,6 +352,22 @@ def test_coupling_that_closed_clearances_make_redundant(driven, changed):
     run = sd.simulate(changed(loose.with_clearance("rocker pin", sd.Clearance(1e-4))), until=0.05)
     assert run.attrs["status"] == "complete"
     assert np.allclose(run["angle"].sel(body="rocker"), run["angle"].sel(body="crank"), atol=1e-9)
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_saved_ideal_run_with_a_redundant_coupling(driven, tmp_path):
+    """Contract: a saved run of a mechanism whose clearances were closed keeps that, so that its mechanism can run again."""
+    arms = sd.four_bar(ground=0.5, crank=0.1, coupler=0.5, rocker=0.1, angle=1.0)
+    arms = arms.driven(speed=1.0) if driven else arms
+    loose = dataclasses.replace(arms, couplings=(sd.Coupling("belt", ANGLE("rocker"), ANGLE("crank"), 1.0),))
+    run = sd.simulate(loose.with_clearance("rocker pin", sd.Clearance(1e-4)).ideal(), until=0.05)
+    path = sd.save(run, tmp_path / "ideal.nc")
+    built = read_configuration(sd.load(path)).build_mechanism()
+    assert sd.simulate(built, until=0.05)["angle"].equals(run["angle"])
+    opened = open_case(path)
+    assert sd.simulate(opened.mechanism, until=0.05)["angle"].equals(run["angle"])
+    (tmp_path / "case.toml").write_text(opened.text())
+    assert sd.read_case(tmp_path / "case.toml").mechanism == built
 
 
 @pytest.mark.parametrize(("loose", "line"), [(False, "coordinates cannot move"), (True, "contradicts the drives and joints")])

@@ -98,6 +98,8 @@ def record_text(mechanism: Mechanism, options: Options | None = None, further: M
     """Return the text of the case file that a run stores; it may name user-defined classes that no file defines."""
     code = RecordedCode()
     lines = [RECORD_FIRST_LINE, *_lines(_tables(mechanism, code))]
+    if mechanism.clearances_closed and mechanism.couplings:  # one of them may follow from joints that are ideal now
+        lines += _lines({"ideal": {"clearances_closed": True}})
     if code.noted:
         lines += _lines({"code": code.noted})
         lines += [f"# {CONTROL_CHARACTER.sub('?', line)}" for source in code.sources for line in source.splitlines()]

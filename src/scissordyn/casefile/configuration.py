@@ -15,6 +15,7 @@ from scissordyn.annotation import is_number, shown
 from scissordyn.casefile.case import CaseTable, read_values
 from scissordyn.casefile.case_text import record_text
 from scissordyn.casefile.code import AbsentCode, AbsentPart, AllowedCode, Code
+from scissordyn.casefile.structure import FeedForward
 from scissordyn.casefile.table import instance, make_table
 from scissordyn.components.actuator import Actuator
 from scissordyn.errors import InputError
@@ -39,9 +40,13 @@ RecordTable = make_table(
     {
         "run": (Annotated[Options | None, CaseTable.declared_keys()["run"].reader], None),
         "diagram": (Annotated[Mapping[str, Any], read_values], MappingProxyType({})),
+        "ideal": (Annotated[Mapping[str, Any], read_values], MappingProxyType({})),
     },
 )
-"""Tables of a configuration: those of a case file, where [run] is optional, and [diagram] of a bifurcation diagram."""
+"""Tables of a configuration: those of a case file, where [run] is optional, [diagram] of a bifurcation diagram, and [ideal].
+
+[ideal] marks a mechanism whose clearances were closed, so that couplings which became redundant are left out again.
+"""
 
 
 class HasAttributes(Protocol):
@@ -92,11 +97,17 @@ def _read(text: str, code: Any) -> Configuration:
         chosen: Code = code(digests if isinstance(digests, dict) else {})
         table = instance(RecordTable, tree, {"code": chosen})
         absent = tuple(part for part in table.component if isinstance(part, AbsentPart))
-        return Configuration(text, table.mechanism(), table.run, table.diagram, absent)
+        return Configuration(text, mechanism_of_record(table), table.run, table.diagram, absent)
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"the attribute 'configuration' is not valid TOML: {error}", EXPECTED_DATASET) from None
+
+
+def mechanism_of_record(table: Any, feed_forward: FeedForward | None = None) -> Mechanism:
+    """Return the mechanism of a `RecordTable`, marked as ideal if its clearances were closed."""
+    mechanism: Mechanism = table.mechanism(feed_forward)
+    return mechanism.with_parts({"_closed": True}, check=False) if table.ideal.get("clearances_closed") else mechanism
 
 
 def is_run(data: HasAttributes) -> bool:

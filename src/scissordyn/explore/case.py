@@ -16,7 +16,7 @@ import numpy as np
 import scissordyn
 from scissordyn.casefile.case_text import record_text
 from scissordyn.casefile.code import AllowedCode, Code
-from scissordyn.casefile.configuration import RecordTable, is_run, read_configuration
+from scissordyn.casefile.configuration import RecordTable, is_run, mechanism_of_record, read_configuration
 from scissordyn.casefile.table import instance
 from scissordyn.casefile.text import read_text
 from scissordyn.config.file import read_case
@@ -56,7 +56,7 @@ class Case:
         self.name, self.source, self.code = name, source, code
         self.tree = tomllib.loads(source) if tree is None else tree
         table: Any = instance(RecordTable, self.tree, {"folder": code.folder or Path(), "code": code})
-        self.mechanism: Mechanism = table.mechanism(feed_forward)
+        self.mechanism: Mechanism = mechanism_of_record(table, feed_forward)
         self.options: Options = table.run
 
     @classmethod
@@ -114,6 +114,7 @@ class Case:
 
         document = tomlkit.parse(self.source)
         _copy_changes(document, tomllib.loads(self.source), self.tree)
+        document.pop("ideal", None)  # a record alone has this table
         return str(tomlkit.dumps(document))
 
 

@@ -89,11 +89,13 @@ MANY = (
 )
 
 COMMANDS = {
-    "run": ((), "0.4"),
-    "run -o": (("-o", "{folder}/run.nc"), "0.5"),
-    "run --plot": (("--plot", "{folder}/pictures"), "1.3; 200 MB"),
+    "--help": (("--help",), ""),
+    "run": (("run", PAPER), "0.4"),
+    "run -o": (("run", PAPER, "-o", "{folder}/run.nc"), "0.5"),
+    "run --plot": (("run", PAPER, "--plot", "{folder}/pictures"), "1.3; 200 MB"),
+    "sweep": (("sweep", PAPER, "--vary", "A.clearance=0.05..0.4 mm, 120 values", "-o", "{folder}/sweep.db"), ""),
 }
-"""Arguments of `scissordyn run examples/paper.toml`, and goals [s]."""
+"""Arguments of `scissordyn`, and goals [s]."""
 
 PROGRAM = """
 import json, statistics, sys, time
@@ -148,8 +150,8 @@ def _in_process(folder: Path, one: Whole, *, many: bool) -> list[float]:
 def _command(folder: Path, arguments: Sequence[str]) -> list[float]:
     """Return wall-clock time [s] and memory [MB] of a command."""
     with tempfile.TemporaryDirectory() as written:
-        words = (argument.format(folder=written) for argument in arguments)
-        typed = ("-m", "scissordyn.cli.main", "run", str(folder / PAPER), *words)
+        words = (str(folder / PAPER) if word == PAPER else word.format(folder=written) for word in arguments)
+        typed = ("-m", "scissordyn.cli.main", *words)
         used = process(typed, {}, str(folder / ".venv/bin/python"))
     return [used.wall, used.memory]
 
@@ -182,7 +184,7 @@ def measure(quick: bool = False, beside: Sequence[Path] = ()) -> str:
         (
             paragraph(TEXT.format(rounds=rounds)) + "\n",
             table(["run", *(f"{name} [ms]" for name in versions), "goal", *(f"{name}: steps" for name in versions)], runs),
-            "`scissordyn run examples/paper.toml`: time, and memory in parentheses.\n",
+            "`scissordyn`, with `examples/paper.toml`, and a sweep of 120 clearances: time, and memory in parentheses.\n",
             table(["command", *(f"{name} [s] ([MB])" for name in versions), "goal"], commands),
             f"`simulate_many` of the paper's array on two processors, clearance and speed varied: medians of {many_rounds}.\n",
             table(["cases", *(f"{name} [1/s]" for name in versions), "goal"], many),

@@ -10,6 +10,7 @@ from tests import build
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
+from scissordyn.run.engine import Duplicates
 from scissordyn.sensitivity import library
 
 # these need pseudo terminals, pipes, signals, /proc or /dev/full
@@ -34,6 +35,14 @@ def pytest_collection():
 def pytest_collection_modifyitems(items):
     """Put the tests that watch the interpreter last: a process keeps its audit hook, which every call of a kernel pays for."""
     items.sort(key=lambda item: item.name.startswith(("test_tampered_documents", "test_watch_notices")))
+
+
+@pytest.fixture
+def duplicated(monkeypatch):
+    """Duplicate this process, although threads of the tests' runner wait in it."""
+    if sys.platform != "linux":
+        pytest.skip("processes are duplicated on Linux only")
+    monkeypatch.setattr(Duplicates, "possible", staticmethod(lambda: True))
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,6 @@ import math
 import multiprocessing
 import os
 import signal
-import sys
 import threading
 from typing import Any
 
@@ -98,7 +97,7 @@ def test_threads_and_order_of_cases(case):
         np.testing.assert_array_equal(again[name].values, batch[name].values[order], err_msg=name)
 
 
-def test_many_cases_on_duplicates():
+def test_many_cases_on_duplicates(duplicated):
     """Identity: with 64 cases, which processes or threads share, all measures have the bits of one thread."""
     over = {name: np.resize(values, 64) for name, values in OVER.items()}
     one, two = (sd.simulate_many(arm(), over, until=2e-3, measures=ACCUMULATED, threads=threads) for threads in (1, 2))
@@ -119,10 +118,8 @@ def test_a_measure_changes_this_process():
     assert seen == [1e-4] * 64
 
 
-def test_killed_duplicates_lose_their_cases_only(monkeypatch):
+def test_killed_duplicates_lose_their_cases_only(duplicated, monkeypatch):
     """Contract: cases whose process dies have failed, with their cause; the others are complete."""
-    if sys.platform != "linux" or threading.active_count() > 1:
-        pytest.skip("processes are not duplicated here")
     process, computed = os.getpid(), Worker.rows
 
     def dying(worker, group, case):
@@ -163,7 +160,7 @@ def test_failed_case():
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_interrupted_batch(threads):
+def test_interrupted_batch(threads, duplicated):
     """Contract: an interrupted batch has its complete cases, and the others are pending."""
 
     def stop(done: int, total: int) -> None:

@@ -16,9 +16,12 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.run.advance.interrupt import check_interrupt, interrupted_by
-from scissordyn.run.engine import EngineError, Outcome, error_text, outcomes, workers_of
+from scissordyn.run.engine import Duplicates, EngineError, Outcome, error_text, outcomes, workers_of
 
 LONG = 2000.0  # [s] end of a run that takes minutes
+
+
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="processes are duplicated on Linux only")
 
 
 def divided(task):
@@ -51,8 +54,10 @@ def simulated(task):
 
 
 @pytest.mark.parametrize("in_process", [True, False])
-def test_closed_results_interrupt_running_tasks(in_process):
+def test_closed_results_interrupt_running_tasks(in_process, request):
     """Contract: simulating threads end after their current slice, processes at once, and no other task begins."""
+    if not in_process:
+        request.getfixturevalue("duplicated")
     sd.simulate(sd.four_bar().driven(speed=1.0), until=0.1)  # with all kernels loaded
     begun = threading.active_count()
     results = outcomes(2, simulated, [0, 1, 2, 3], in_process=in_process)
@@ -114,11 +119,7 @@ def fatal(task):
     return task
 
 
-LINUX = pytest.mark.skipif(sys.platform != "linux", reason="processes are duplicated on Linux only")
-
-
-@LINUX
-def test_duplicates_take_the_place_of_threads():
+def test_duplicates_take_the_place_of_threads(duplicated):
     """Contract: tasks run in as many other processes as threads, which have the function as it is and end after it."""
     numbers, lock = [3.0], threading.Lock()  # a lock cannot be sent
 
@@ -151,6 +152,7 @@ def test_threads_where_processes_are_not_duplicated(why, monkeypatch):
     """Contract: tasks run in this process if they change it, if it has other threads, or if the system makes no duplicate."""
     done, changed = threading.Event(), []
     if why == "no memory":
+        monkeypatch.setattr(Duplicates, "possible", staticmethod(lambda: True))
         monkeypatch.setattr(os, "fork", lambda: (_ for _ in ()).throw(OSError(12, "Cannot allocate memory")))
     other = threading.Thread(target=done.wait)
     if why == "another thread":
@@ -160,8 +162,7 @@ def test_threads_where_processes_are_not_duplicated(why, monkeypatch):
     assert sorted(changed) == [1, 2, 3]
 
 
-@LINUX
-def test_a_dying_duplicate_loses_its_task_only():
+def test_a_dying_duplicate_loses_its_task_only(duplicated):
     """Contract: the task whose process dies twice has failed; the others have their values."""
     died = {outcome.task: outcome for outcome in outcomes(2, fatal, [1, 2, 3, 4])}
     assert [died[task].value for task in (1, 3, 4)] == [1, 3, 4]

@@ -57,16 +57,18 @@ REFINE_OPTIONS = {
 }
 """Options of ``study refine`` alone, each with an example."""
 
+REFINE, RESUME = "scissordyn study refine study.db", "scissordyn study resume study.db"  # commands that examples continue
+
 USES = {
-    **{option: (("refine",), f"refine study.db {shown} -o next.db") for option, shown in REFINE_OPTIONS.items()},
-    "--points": (("extend", "refine"), "extend study.db --points 2048"),
-    "--plot": (("report",), "report study.db --plot figures"),
-    "--budget": ((STUDY_FILE,), "study.toml --budget '10 min' -o study.db"),
-    "--block": ((STUDY_FILE, "refine"), "study.toml --block 64 -o study.db"),
-    "-o": ((STUDY_FILE, "refine", "report", "export", "replay"), "report study.db -o report.html"),
-    "a case number": (("replay",), "replay study.db 8"),
+    **{option: (("refine",), f"{REFINE} {shown} -o next.db") for option, shown in REFINE_OPTIONS.items()},
+    "--points": (("extend", "refine"), "scissordyn study extend study.db --points 2048"),
+    "--plot": (("report",), "scissordyn study report study.db --plot figures"),
+    "--budget": ((STUDY_FILE,), "scissordyn study study.toml --budget '10 min' -o study.db"),
+    "--block": ((STUDY_FILE, "refine"), "scissordyn study study.toml --block 64 -o study.db"),
+    "-o": ((STUDY_FILE, "refine", "report", "export", "replay"), "scissordyn study report study.db -o report.html"),
+    "a case number": (("replay",), "scissordyn study replay study.db 8"),
     **{
-        f"--{name}": ((STUDY_FILE, "resume", "retry", "extend", "refine"), f"resume study.db --{name} {value}")
+        f"--{name}": ((STUDY_FILE, "resume", "retry", "extend", "refine"), f"{RESUME} --{name} {value}")
         for name, value in (("threads", 2), ("workers", 2), ("scheduler", "tls://10.0.0.1:8786"), ("cluster", "cluster.yaml"))
     },
 }
@@ -171,7 +173,7 @@ def _check_uses(what: str, given: dict[str, object]) -> None:
         actions, shown = USES[option]
         if value is not None and action not in actions:
             words = [word if word == STUDY_FILE else f"study {word}" for word in actions]
-            raise InputError(f"{option} without {actions[0]}", ", ".join(words), f"scissordyn study {shown}")
+            raise InputError(f"{option} without {actions[0]}", ", ".join(words), shown)
 
 
 def _continue(result: StudyResult, what: str, where: EngineOptions, points: int | None) -> int:

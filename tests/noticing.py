@@ -132,8 +132,8 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "H.work.damping[c] == 1 and h > 0.0",
     ): "the row of damping that does not act has no right side, and none acts in an impact",
     (
-        *("run/rows.py", "size", "bound"),
-        "min(GROUP_CASES_MAX, int(CALL_SECONDS / self.seconds), cases // (8 * threads))",
+        *("run/rows.py", "_group_size", "bound"),
+        "min(GROUP_CASES_MAX, int(CALL_SECONDS / seconds), cases // (8 * threads))",
     ): GROUPED,
     (
         *("run/rows.py", "_together", "bound"),
@@ -143,7 +143,7 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         *("integrate/control.py", "after_event", "bound"),
         "min(full, remembered)",
     ): "how long the first try after an event is; its error decides which step is taken",
-    ("run/rows.py", "size", "factor", "CALL_SECONDS / self.seconds"): GROUPED,
+    ("run/rows.py", "_group_size", "factor", "CALL_SECONDS / seconds"): GROUPED,
     (
         *("run/rows.py", "_together", "factor"),
         "sum((driver.steps_tried for driver in drivers)) * CALL_SECONDS / max(seconds, 1e-09)",

@@ -93,6 +93,25 @@ def asked(factors=VARIED, **options):
     return result.study
 
 
+class Seen:
+    """Clearances of the cases that a measure has seen."""
+
+    def __init__(self):
+        self.clearances = set()
+
+    def add(self, ended):
+        self.clearances.add(ended.mechanism.joint("A").clearance.clearance)
+        return 1.0
+
+
+def test_a_measure_changes_this_process(duplicated, tmp_path):
+    """Contract: a measure given as a Python object runs in the process that calls `study`, also on two threads."""
+    values, seen = [1e-4, 2e-4, 3e-4], Seen()
+    measures = {"seen of accumulators": seen.add}
+    sd.study(arm(), {"A.clearance": values}, until=UNTIL, measures=measures, store=tmp_path / "seen.db", engine=2, block=1)
+    assert seen.clearances == set(values)
+
+
 def test_measures_requirements_and_goals():
     """Contract: names, functions and bounds have the meaning of a study file."""
     named = asked(measures=["contact_count", peak])

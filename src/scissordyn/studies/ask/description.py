@@ -86,6 +86,11 @@ class OwnMeasure:
         """Return the function itself."""
         return load_function("measure", self.function, self.digest) if isinstance(self.function, str) else self.function
 
+    @property
+    def changes_objects(self) -> bool:
+        """True for a function or an object of the calling program, which may change others of its process."""
+        return not isinstance(self.function, str | MotorCurve | WearLife)
+
     def to_plain(self) -> dict[str, Any]:
         """Return plain data; a function that is not in a file is given by its source, for comparison."""
         function = self.function if isinstance(self.function, str) else ""

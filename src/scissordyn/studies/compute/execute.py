@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import platform
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from inspect import getdoc, isfunction
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
@@ -133,8 +133,8 @@ def _compute_missing(study: Study, store: Store, points: np.ndarray | None, how:
     parts = np.split(cases, first[1:]) if cases.size else ()
     blocks = (Block(study, part, points, fingerprint) for part in parts)
     began, now, done_here = time.perf_counter(), np.where(missing, PENDING, status), 0
-    own = any(isfunction(measure.function) for measure in study.own_measures)  # it may change objects of this process
-    for outcome in outcomes(how.get("engine"), run_block, blocks, in_process=own):
+    in_process = any(measure.changes_objects for measure in study.own_measures)
+    for outcome in outcomes(how.get("engine"), run_block, blocks, in_process=in_process):
         if isinstance(outcome.error, ProgramError):
             raise outcome.error
         result = outcome.value if outcome.error is None else _failed(outcome.task, outcome.cause)
@@ -290,4 +290,4 @@ def _own_measures(study: Study) -> dict[str, Measure]:
 
 def _meaning(name: str, function: Callable[..., float]) -> str:
     """Return the first line of the docstring of a user-defined measure."""
-    return (getdoc(function) or f"measure '{name}' of the user").partition("\n")[0].rstrip(".")
+    return (inspect.getdoc(function) or f"measure '{name}' of the user").partition("\n")[0].rstrip(".")

@@ -105,7 +105,7 @@ def test_many_cases_on_duplicates(duplicated):
         np.testing.assert_array_equal(two[name].values, one[name].values, err_msg=name)
 
 
-def test_a_measure_changes_this_process():
+def test_a_measure_changes_this_process(duplicated):
     """Contract: functions of the user run in the process that calls `simulate_many`, also for many cases."""
     seen = list[float]()
 
@@ -160,8 +160,10 @@ def test_failed_case():
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_interrupted_batch(threads, duplicated):
+def test_interrupted_batch(threads, request):
     """Contract: an interrupted batch has its complete cases, and the others are pending."""
+    if threads > 1:
+        request.getfixturevalue("duplicated")
 
     def stop(done: int, total: int) -> None:
         if done >= 1:

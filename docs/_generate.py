@@ -356,7 +356,7 @@ def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
         lines += [f"## scissordyn.{module}", "", "```{eval-rst}", f".. currentmodule:: scissordyn.{module}", ""]
         for name in names:
             kind = "autoclass" if inspect.isclass(getattr(found, name)) else "autofunction"
-            lines += [f".. {kind}:: {name}", *(["   :members:"] if name in MEMBERS else []), ""]
+            lines += [f".. {kind}:: {name}", *(["   :members:", "   :inherited-members:"] if name in MEMBERS else []), ""]
         lines += ["```", ""]
     return "\n".join(lines)
 

@@ -10,7 +10,8 @@ from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
 from scissordyn.plot.study import feasibility_map
 from scissordyn.studies.answer.process import correlation
-from scissordyn.studies.answer.surface import Surface, surfaces
+from scissordyn.studies.answer.response_map import surfaces
+from scissordyn.studies.answer.surface import Surface
 from scissordyn.studies.answer.verdict import by_point
 from studies.test_answer import made_up, result_of
 from studies.test_conclusion import proportional

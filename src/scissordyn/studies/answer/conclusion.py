@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.errors import command
 from scissordyn.plot.scale import Scale, engineering, scale_of
+from scissordyn.studies.answer.answers import Answers
 from scissordyn.studies.answer.section import Section
 from scissordyn.studies.answer.trend import SHARE_MIN, Trend, with_indicators
 from scissordyn.studies.answer.verdict import FeasibleFraction, Recommendation
@@ -21,9 +22,6 @@ from scissordyn.studies.ask.requirement import meaning
 from scissordyn.studies.compute.table import column, number_scale
 from scissordyn.tolerance import REPORTED_FRACTION
 from scissordyn.warning import LISTED_MAX, RunWarning, warning
-
-if TYPE_CHECKING:
-    from scissordyn.studies.result import StudyResult
 
 FORM_NAMES = {"power": "power law", "linear": "straight line"}  # Names of the forms of trends in tables
 # [samples] smallest number in a suggested check of the recommended point: the interval of 64 successes of 64 begins at 94.4 %
@@ -60,31 +58,31 @@ class Conclusion:
         return [*(sentence.data for sentence in self.sentences), *self.facts, *steps]
 
 
-def conclude(result: StudyResult, store: str) -> Conclusion:
+def conclude(answers: Answers, store: str) -> Conclusion:
     """Return the answers of a study; `store` is the name of its file in suggested commands."""
-    study, results, point = result.study, result.dataset, result.recommendation
+    study, results, point = answers.study, answers.dataset, answers.recommendation
     needed: list[Need] = []
     if point is not None:
         middles = {factor.name: float(np.nanmedian(results[column(factor.name)].values)) for factor in study.uncertain}
-        needed = needs(study, results, result.fitted, with_indicators(study, {**point.numbers, **middles}))
-    fractions = result.fractions if study.requirements else []
+        needed = needs(study, results, answers.fitted, with_indicators(study, {**point.numbers, **middles}))
+    fractions = answers.fractions if study.requirements else []
     return Conclusion(
-        tuple(_sentences(result)),
+        tuple(_sentences(answers)),
         requirement_table(study, results, point, fractions, needed),
-        point_table(study, result.points, point) if point is not None and study.factors else Section(),
-        trend_table(result.fitted),
-        tuple(_next_steps(result, store, needed)),
-        (*_facts_of_requirements(point, fractions, needed), *_facts_of_trends(result.fitted)),
+        point_table(study, answers.points, point) if point is not None and study.factors else Section(),
+        trend_table(answers.fitted),
+        tuple(_next_steps(answers, store, needed)),
+        (*_facts_of_requirements(point, fractions, needed), *_facts_of_trends(answers.fitted)),
     )
 
 
 # --- sentences ----------------------------------------------------------------------------------------------------------------
 
 
-def _sentences(result: StudyResult) -> Iterator[RunWarning]:
-    study, point = result.study, result.recommendation
+def _sentences(answers: Answers) -> Iterator[RunWarning]:
+    study, point = answers.study, answers.recommendation
     if study.requirements:
-        yield _verdict(result)
+        yield _verdict(answers)
     if point is not None:
         tightest = point.margins[0]
         about = {"point": point.point, "requirement": tightest.requirement, "margin": margin_text(tightest.margin)}
@@ -96,13 +94,13 @@ def _sentences(result: StudyResult) -> Iterator[RunWarning]:
             kind = "samples" if study.points == 1 or not hits else "same samples"
             yield warning(kind, "", "", **about, high=point.high)
     if study.members > 1:
-        yield agreement(study, result.points)
+        yield agreement(study, answers.points)
 
 
-def _verdict(result: StudyResult) -> RunWarning:
+def _verdict(answers: Answers) -> RunWarning:
     """Return whether, and at how many points, the requirements are met."""
-    study, points, fraction = result.study, result.points, result.fractions[-1]
-    if result.recommendation is None:
+    study, points, fraction = answers.study, answers.points, answers.fractions[-1]
+    if answers.recommendation is None:
         return warning("undecided")
     interval = "" if np.isnan(fraction.low) else f" (95 % interval {fraction.low:.1%} to {fraction.high:.1%})"
     about = {"fraction": fraction.fraction, "interval": interval}
@@ -282,10 +280,10 @@ def _facts_of_trends(fitted: Mapping[str, tuple[Trend, ...]]) -> Iterator[dict[s
 # --- next steps ---------------------------------------------------------------------------------------------------------------
 
 
-def _next_steps(result: StudyResult, store: str, needed: Sequence[Need]) -> list[tuple[str, str]]:
+def _next_steps(answers: Answers, store: str, needed: Sequence[Need]) -> list[tuple[str, str]]:
     """Return next steps, each with its purpose and command."""
-    study, point = result.study, result.recommendation
-    if result.counts["pending"]:
+    study, point = answers.study, answers.recommendation
+    if answers.counts["pending"]:
         return [("compute pending cases", command("scissordyn", "study", "resume", store))]
     if point is None:
         return []
@@ -298,14 +296,14 @@ def _next_steps(result: StudyResult, store: str, needed: Sequence[Need]) -> list
         wide = point.high - point.low > 0.5 * INTERVAL_WIDTH_MAX
         return [("narrow the interval", refine("--samples", more))] if wide else []
     return (
-        _steps_if_met(result, store, point, refine)
+        _steps_if_met(answers, store, point, refine)
         if point.probability > 0.0
-        else _steps_if_not_met(result, point, needed, refine)
+        else _steps_if_not_met(answers, point, needed, refine)
     )
 
 
-def _steps_if_met(result: StudyResult, store: str, point: Recommendation, refine: Callable[..., str]) -> list[tuple[str, str]]:
-    study, results = result.study, result.dataset
+def _steps_if_met(answers: Answers, store: str, point: Recommendation, refine: Callable[..., str]) -> list[tuple[str, str]]:
+    study, results = answers.study, answers.dataset
     steps, fixed = [], [command_value(results, factor, point.numbers[factor.path]) for factor in study.factors]
     if not study.uncertain:
         loose = []
@@ -322,7 +320,7 @@ def _steps_if_met(result: StudyResult, store: str, point: Recommendation, refine
             word for factor, text in zip(study.factors, fixed, strict=True) for word in ("--vary", f"{factor.path}={text}")
         ]
         steps.append(("check the point with new samples", refine(*words, "--samples", samples, "--seed", seed)))
-    fraction = result.fractions[-1]
+    fraction = answers.fractions[-1]
     if study.design.extendable and study.optimisation is None and fraction.high - fraction.low > INTERVAL_WIDTH_MAX:
         more = command("scissordyn", "study", "extend", store, "--points", 2 * study.design.points)
         steps.append(("narrow the interval of the fraction", more))
@@ -330,9 +328,9 @@ def _steps_if_met(result: StudyResult, store: str, point: Recommendation, refine
 
 
 def _steps_if_not_met(
-    result: StudyResult, point: Recommendation, needed: Sequence[Need], refine: Callable[..., str]
+    answers: Answers, point: Recommendation, needed: Sequence[Need], refine: Callable[..., str]
 ) -> list[tuple[str, str]]:
-    study, results, steps = result.study, result.dataset, list[tuple[str, str]]()
+    study, results, steps = answers.study, answers.dataset, list[tuple[str, str]]()
     need = next((need for need in needed if need.requirement == point.binding and need.beyond), None)
     if need is not None:
         factor = next(factor for factor in study.factors if factor.path == need.parameter)

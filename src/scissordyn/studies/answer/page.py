@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.errors import command
 from scissordyn.plot.scale import scale_of
+from scissordyn.studies.answer.answers import Answers
 from scissordyn.studies.answer.conclusion import conclude, margin_text
-from scissordyn.studies.answer.fidelity import fidelity
+from scissordyn.studies.answer.fidelity_sections import fidelity_sections
 from scissordyn.studies.answer.section import Section
 from scissordyn.studies.answer.trend import rankings, sensitivities
 from scissordyn.studies.answer.verdict import case_values, study_responses
@@ -26,60 +27,59 @@ from scissordyn.studies.compute.table import SLOPE_BY, SLOPE_OF, SLOPES, column,
 from scissordyn.units import counted
 from scissordyn.warning import LISTED_MAX
 
-if TYPE_CHECKING:
-    from scissordyn.studies.result import StudyResult
 
-
-def page(result: StudyResult, store: str, most: int) -> Iterator[Section]:
+def page(answers: Answers, store: str, most: int) -> Iterator[Section]:
     """Yield the answers of a study as sections; tables have at most `most` rows, and commands contain the name `store`."""
-    return (part for part in _sections(result, store, most) if part.lines or part.rows)
+    return (part for part in _sections(answers, store, most) if part.lines or part.rows)
 
 
-def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
-    study, results, points = result.study, result.dataset, result.points
-    yield damage_section(result, store)
-    if (verified := result.verified) is not None:
-        yield from fidelity(result, verified)
-    conclusion = result.conclusion if store == result.store.path else conclude(result, store)
+def _sections(answers: Answers, store: str, most: int) -> Iterator[Section]:
+    study, results, points = answers.study, answers.dataset, answers.points
+    yield damage_section(answers, store)
+    if (verified := answers.verified) is not None:
+        yield from fidelity_sections(answers, verified)
+    conclusion = conclude(answers, store)
     yield Section(lines=conclusion.sentences)
     yield from (conclusion.point, conclusion.requirements, conclusion.trends)
     yield Section(("to", "command"), conclusion.next, "Next steps")
-    cases = "{complete} cases complete, {failed} failed, {pending} pending".format(**result.counts)
+    cases = "{complete} cases complete, {failed} failed, {pending} pending".format(**answers.counts)
     yield replace(varied_numbers(study, results), title="Computed cases", lines=(f"{design_size(study)}: {cases}.",))
     yield response_ranges(study, results, points)
     if study.optimisation is not None:
-        yield best_points(result, most)
-    indices, left_out = result.indices
-    yield from (*sensitivities(indices), *rankings(study, results, result.fitted))
+        yield best_points(answers, most)
+    indices, left_out = answers.indices
+    yield from (*sensitivities(indices), *rankings(study, results, answers.fitted))
     yield Section(title="Responses without indices", lines=[f"{name}: {why}." for name, why in left_out.items()])
     worst = [
         (case.requirement, case.text, margin_text(case.margin), numbers_text(study, results, case.numbers), case.case)
-        for case in (result.worst() if study.requirements else ())
+        for case in (answers.worst() if study.requirements else ())
     ]
     notes = ("The margin is a fraction of the bound, negative where the requirement is not met.",)
     head = ("requirement", "value", "margin", "parameters", "command")
     yield Section(head, [(*cells, replay_command(store, case)) for *cells, case in worst], "Worst cases", notes)
     if study.gradients:
-        yield derivatives_known(result)
-    yield from cause_sections(result, store, most)
+        yield derivatives_known(answers)
+    yield from cause_sections(answers, store, most)
 
 
-def derivatives_known(result: StudyResult) -> Section:
+def derivatives_known(answers: Answers) -> Section:
     """Return how many points have valid derivatives, by response and number, and the reasons why others have none."""
-    derived, complete = result.points[SLOPES], int((result.points["complete"] > 0.0).sum())
+    derived, complete = answers.points[SLOPES], int((answers.points["complete"] > 0.0).sum())
     rows = [
         (str(name), str(by), f"{int(derived.sel({SLOPE_OF: name, SLOPE_BY: by}).notnull().sum())} of {complete}")
         for name in derived[SLOPE_OF].values
         for by in derived[SLOPE_BY].values
     ]
-    notes = [f"{counted(len(cases), 'point')}: {text}." for text, cases in result.warnings.items() if text.startswith(NO_SLOPE)]
+    notes = [
+        f"{counted(len(cases), 'point')}: {text}." for text, cases in answers.warnings.items() if text.startswith(NO_SLOPE)
+    ]
     head = ("response", "number", "points with derivatives")
     return Section(head, rows, "Derivatives for trends and maps", tuple(notes))
 
 
-def cause_sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
+def cause_sections(answers: Answers, store: str, most: int) -> Iterator[Section]:
     """Yield sections of failed cases by cause and complete cases by warning, with a command that replays one of each."""
-    for title, what, groups in (("Failed cases", "cause", result.causes), ("Warnings", "warning", result.warnings)):
+    for title, what, groups in (("Failed cases", "cause", answers.causes), ("Warnings", "warning", answers.warnings)):
         rows = [
             (str(len(cases)), text, replay_command(store, cases[0]))
             for text, cases in groups.items()
@@ -90,11 +90,11 @@ def cause_sections(result: StudyResult, store: str, most: int) -> Iterator[Secti
             yield Section(("cases", what, "command"), rows[:most], title, notes)
 
 
-def damage_section(result: StudyResult, store: str) -> Section:
+def damage_section(answers: Answers, store: str) -> Section:
     """Return the section of damaged rows, with the command that computes them again."""
-    if not result.damage:
+    if not answers.damage:
         return Section()
-    return Section(("", "command"), [(result.damage, command("scissordyn", "study", "resume", store))])
+    return Section(("", "command"), [(answers.damage, command("scissordyn", "study", "resume", store))])
 
 
 def replay_command(store: str, case: int) -> str:
@@ -179,17 +179,17 @@ def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Se
     return Section((*head, "cases without a value"), rows, notes=tuple(dict.fromkeys(notes)))
 
 
-def best_points(result: StudyResult, most: int) -> Section:
+def best_points(answers: Answers, most: int) -> Section:
     """Return the section of the Pareto front of a search, or of the best point of one goal."""
-    search, best, tried = result.study.optimisation, result.optimum.best, result.optimum.points
+    search, best, tried = answers.study.optimisation, answers.optimum.best, answers.optimum.points
     assert search is not None
     rows = np.flatnonzero(tried["front"].values) if best < 0 else np.array([best])
-    signs = {**dict.fromkeys(result.study.paths, 1.0), **{goal.label: goal.sign for goal in search.goals}}
+    signs = {**dict.fromkeys(answers.study.paths, 1.0), **{goal.label: goal.sign for goal in search.goals}}
     scales = {name: scale_of(tried[name].isel(point=rows)) for name in signs}
     columns = [scales[name].cells(*(sign * tried[name].values[rows[:most]]), digits=4) for name, sign in signs.items()]
     shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]
     notes = [f"{counted(tried.sizes['point'], 'point')} tried; measure of risk: {search.risk}."]
-    notes += _about_search(result.store.search()) if search.method == "gradient" else []
+    notes += _about_search(answers.store.search()) if search.method == "gradient" else []
     if len(rows) > most:
         notes.append(f"{counted(len(rows) - most, 'more point')} of the front in the store.")
     if best >= 0 and float(tried["violation"][best]) > 0.0:

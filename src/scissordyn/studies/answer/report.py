@@ -20,17 +20,16 @@ from scissordyn.file.pdf import print_pdf
 from scissordyn.plot.style import SIZES, Canvas
 from scissordyn.record.store import save
 from scissordyn.run.engine import STATUSES
+from scissordyn.studies.answer.answers import Answers
 from scissordyn.studies.answer.page import page
+from scissordyn.studies.answer.response_map import surfaces
 from scissordyn.studies.answer.section import Section
-from scissordyn.studies.answer.surface import surfaces
 from scissordyn.studies.ask.requirement import units_of_parts
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from scissordyn.studies.result import StudyResult
 
 
 class Layout(NamedTuple):
@@ -53,7 +52,7 @@ class StudyPictures:
     result : StudyResult
     """
 
-    def __init__(self, result: StudyResult) -> None:
+    def __init__(self, result: Answers) -> None:
         self._result = result
 
     def map(self, colour: str = "met", *, x: str = "", y: str = "", axes: Canvas = None) -> list[Axes]:
@@ -220,11 +219,11 @@ REPORT = """
 NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")  # Characters that names of picture files do not have
 
 
-def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
+def figures(result: Answers) -> Iterator[tuple[str, Figure]]:
     """Yield title and Figure of each picture that suits a study."""
     from scissordyn.plot.file import figure_of
 
-    study, points, plot = result.study, result.points, result.plot
+    study, points, plot = result.study, result.points, StudyPictures(result)
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
     drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
     if len(study.requirements) > 2:
@@ -242,7 +241,7 @@ def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
         yield title, figure_of(draw())
 
 
-def write_figures(result: StudyResult, folder: Path) -> list[Path]:
+def write_figures(result: Answers, folder: Path) -> list[Path]:
     """Write the pictures of the report as PNG files, with their titles as names."""
     from scissordyn.plot.file import write
 
@@ -250,7 +249,7 @@ def write_figures(result: StudyResult, folder: Path) -> list[Path]:
     return [write(figure, folder / f"{NOT_IN_NAMES.sub('_', title.lower())}.png") for title, figure in figures(result)]
 
 
-def write_report(result: StudyResult, path: Path) -> Path:
+def write_report(result: Answers, path: Path) -> Path:
     store = Path(result.store.path).name
     note = f"Commands are typed in the folder that has {store}."
     return write_page(path, f"Study {store}", page(result, store, LAYOUT.rows), figures(result), note)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import xarray as xr
 
@@ -13,10 +11,6 @@ from scissordyn.studies.answer.trend import PREDICTED_SHARE_MIN
 from scissordyn.studies.answer.verdict import slopes_of_points
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import POINTS_MIN
-
-if TYPE_CHECKING:
-    from scissordyn.plot.study import Bound, Field
-    from scissordyn.studies.result import StudyResult
 
 SURFACE_DATA_MAX = 300  # [values and derivatives] of a surface, whose computing time grows with the third power of them
 
@@ -87,48 +81,3 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Surface |
         candidates.append(Surface(x[is_finite], values[is_finite], logarithmic, slopes))
     surface = max(candidates, key=lambda candidate: candidate.predicted)
     return surface if surface.predicted >= PREDICTED_SHARE_MIN else None
-
-
-def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "", cells: int = 48) -> tuple[Field | None, list[Bound]]:
-    """Return the surface of a map and those of requirements, on a grid of `cells` x `cells`; nothing if there is no surface."""
-    from scissordyn.plot.study import Bound  # imports matplotlib, which answers in the terminal do not need
-
-    names = result.study.paths
-    if len(names) < 2:
-        return None, []
-    x = x or names[0]
-    y = y or next(name for name in names if name != x)
-    bounds = [
-        Bound(requirement.label, field, requirement.bound)
-        for requirement in result.study.requirements
-        if colour in ("met", requirement.response.name)
-        and (field := _field(result, requirement.response.name, x, y, cells)) is not None
-    ]
-    return None if colour == "met" else _field(result, colour, x, y, cells), bounds
-
-
-def _field(result: StudyResult, response: str, x: str, y: str, cells: int, averaged: int = 16) -> Field | None:
-    """Return a response over x and y, averaged over the other parameters of `averaged` points; None if it has no surface."""
-    from scissordyn.plot.study import Field
-
-    model, names = result.between(response), result.study.paths
-    if model is None:
-        return None
-    table, places = np.stack([result.points[name].values for name in names], axis=1), [names.index(x), names.index(y)]
-
-    def steps(place: int) -> np.ndarray:
-        space = np.geomspace if result.study.factors[place].logarithmic else np.linspace
-        low, high = float(table[:, place].min()), float(table[:, place].max())  # nothing is extrapolated
-        return np.asarray(space(low, high, cells))
-
-    across, up = map(steps, places)
-    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, averaged).astype(int))] if len(names) > 2 else table[:1]
-    means, variances = [], []
-    for row in rows:
-        at = np.tile(row, (cells**2, 1))
-        at[:, places[0]], at[:, places[1]] = np.tile(across, cells), np.repeat(up, cells)
-        mean, deviation = model.predict(at)
-        means.append(mean.reshape(cells, cells))
-        variances.append(deviation.reshape(cells, cells) ** 2)
-    deviation = np.sqrt(np.mean(variances, axis=0))
-    return Field(across, up, np.mean(means, axis=0), deviation, float(np.nanstd(result.points[response].values)), model.error)

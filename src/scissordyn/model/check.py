@@ -7,7 +7,7 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.catalogue import COMPONENTS
@@ -22,17 +22,14 @@ from scissordyn.model.body import check_place
 from scissordyn.model.coupling import CoordinateDrive, Coupling, RelativeAngle, Slide
 from scissordyn.model.disjoint_sets import DisjointSets
 from scissordyn.model.joint import Revolute
+from scissordyn.model.parts import Parts
 from scissordyn.tolerance import ASSEMBLY_TOL
-
-if TYPE_CHECKING:
-    from scissordyn.model.mechanism import Mechanism
-
 
 RUN_DIMENSIONS = ("time", "body", "joint", "weld", "axis", "drive", "contact", "event")
 """Dimensions of the Dataset of every run; no class of components may have one of them as its section name."""
 
 
-def check_parts(mechanism: Mechanism) -> None:
+def check_parts(mechanism: Parts) -> None:
     """Raise `InputError` for the first part of a mechanism with an unknown reference or an impossible value."""
     _check_names(mechanism)
     for name, place in mechanism.ground:
@@ -75,7 +72,7 @@ def check_parts(mechanism: Mechanism) -> None:
 class _Bodies:
     """Ground and bodies that parts refer to; an unknown reference raises `InputError`."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Parts) -> None:
         self.points: dict[str, Mapping[str, Point]] = {GROUND: dict(mechanism.ground)}
         self.points |= {body.name: body.points for body in mechanism.bodies}
         self.rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
@@ -103,7 +100,7 @@ class _Bodies:
             raise InputError(f"{label} needs the angle of body '{body}', which does not rotate", "a body with an inertia")
 
 
-def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
+def _check_moments(mechanism: Parts, points: Mapping[str, Mapping[str, Point]]) -> None:
     """Raise `InputError` for a body without inertia that is held off its mass centre, unless a guide keeps its angle."""
     guided = {guide.follower[0] for guide in mechanism.guides}
     fixed = {body.name: body for body in mechanism.bodies if not body.rotates and body.name not in guided}
@@ -199,7 +196,7 @@ def _check_friction(components: tuple[Any, ...]) -> None:
             raise InputError(what, f"one friction in each {place}")
 
 
-def _check_names(mechanism: Mechanism) -> None:
+def _check_names(mechanism: Parts) -> None:
     """Raise `InputError` for a name that is given twice or cannot be written to a file."""
     connections = [
         part.name for parts in (mechanism.welds, mechanism.rods, mechanism.latches, mechanism.coupling_parts) for part in parts
@@ -222,7 +219,7 @@ def _check_names(mechanism: Mechanism) -> None:
                 raise InputError(f"{what} '{name}'", "a name that can be written as UTF-8, without half a surrogate pair")
 
 
-def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
+def _check_movable(mechanism: Parts, points: Mapping[str, Mapping[str, Point]]) -> None:
     """Raise `InputError` for a clearance joint within one rigid body, or with an ideal joint at the same points."""
     rigid, near = DisjointSets(), ASSEMBLY_TOL * mechanism.size
     for weld in mechanism.welds:
@@ -247,7 +244,7 @@ def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
                 )
 
 
-def motionless(mechanism: Mechanism) -> list[str]:
+def motionless(mechanism: Parts) -> list[str]:
     """Return a warning if nothing moves a mechanism: no drive, component, rod or gravity, and no velocity at the start."""
     moved = (mechanism.drives, mechanism.coordinate_drives, mechanism.components, mechanism.rods, mechanism.gravity)
     if any(moved) or any(body.angular_velocity or any(body.velocity or ()) for body in mechanism.bodies):
@@ -255,7 +252,7 @@ def motionless(mechanism: Mechanism) -> list[str]:
     return ["nothing moves the mechanism: it starts at rest, without a drive, components or gravity"]
 
 
-def loose_bodies(mechanism: Mechanism) -> list[str]:
+def loose_bodies(mechanism: Parts) -> list[str]:
     """Return a warning for each body or group of bodies that nothing connects to the rest of a mechanism or to the ground.
 
     If all bodies of a mechanism are connected to each other, it may be free as a whole: there is no warning.
@@ -312,7 +309,7 @@ class BodyProportions(NamedTuple):
     warnings: list[str]
 
 
-def proportion_warnings(mechanism: Mechanism, bodies: BodyProportions | None = None) -> list[str]:
+def proportion_warnings(mechanism: Parts, bodies: BodyProportions | None = None) -> list[str]:
     """Return a warning for each quantity that is far larger than quantities of its kind in the rest of a mechanism.
 
     `bodies` are the proportions of the bodies if they are known.
@@ -334,7 +331,7 @@ def proportion_warnings(mechanism: Mechanism, bodies: BodyProportions | None = N
     return list(dict.fromkeys([*contacts, *body_warnings, *rotors]))  # a guide has four contact points
 
 
-def body_proportions(mechanism: Mechanism) -> BodyProportions:
+def body_proportions(mechanism: Parts) -> BodyProportions:
     """Return the proportions of the bodies of a mechanism."""
     size, bodies, warnings = mechanism.size, mechanism.bodies, list[str]()
     for body in bodies:

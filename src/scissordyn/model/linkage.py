@@ -10,7 +10,8 @@ from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parts import Gravity, GravityDirection
 from scissordyn.model.scissor import UNITS_MAX, SliderMass
 from scissordyn.units import Meaning, Quantity, checked, documented
 

@@ -11,16 +11,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.parts import Parts
 from scissordyn.model.walk import Declared, Route, at, declared, is_described, replaced
 from scissordyn.model.walk import Place as Place
 from scissordyn.units import Quantity, quantities
 
-if TYPE_CHECKING:
-    from scissordyn.model.mechanism import Mechanism
-
+Whole = TypeVar("Whole", bound=Parts)
 
 GROUPS = {
     "all": ("*",),
@@ -81,7 +80,7 @@ EACH_EXAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = 
 PATH_EXAMPLES = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.limit', 'gravity'"
 
 
-def find(mechanism: Mechanism, parameter: str) -> list[Place]:
+def find(mechanism: Parts, parameter: str) -> list[Place]:
     """Return the places that a parameter path selects."""
     try:
         return _find(mechanism, parameter)
@@ -92,7 +91,7 @@ def find(mechanism: Mechanism, parameter: str) -> list[Place]:
         raise InputError(f"'{parameter}': 'each' is not a name", allowed, EACH_EXAMPLE) from None
 
 
-def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
+def _find(mechanism: Parts, parameter: str) -> list[Place]:
     field = declared(type(mechanism)).get(parameter)
     if field is not None:
         return [Place((parameter,), getattr(mechanism, parameter), field.quantity)]
@@ -119,7 +118,7 @@ def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
     return [_place(mechanism, path, parameter) for path in routes]
 
 
-def number(mechanism: Mechanism, parameter: str) -> Place:
+def number(mechanism: Parts, parameter: str) -> Place:
     """Return the first place of a parameter path, which must be a number with a unit."""
     first = find(mechanism, parameter)[0]
     if first.value is None:
@@ -133,7 +132,7 @@ def number(mechanism: Mechanism, parameter: str) -> Place:
     return first
 
 
-def single(mechanism: Mechanism, parameter: str) -> list[str]:
+def single(mechanism: Parts, parameter: str) -> list[str]:
     """Return one parameter path for each place that a parameter path selects."""
     places = find(mechanism, parameter)
     if len(places) == 1:
@@ -148,7 +147,7 @@ def single(mechanism: Mechanism, parameter: str) -> list[str]:
     return parameters
 
 
-def every_number(mechanism: Mechanism) -> list[str]:
+def every_number(mechanism: Parts) -> list[str]:
     """Return the parameter paths of all real numbers of a mechanism that can change alone."""
     kinds = {kind: field for kind, field in FIELD_OF_KIND.items() if kind != "clearance"}
     paths = [name for name, field in declared(type(mechanism)).items() if _is_free(getattr(mechanism, name), field.quantity)]
@@ -181,21 +180,19 @@ def _paths(owner: Any, quantity: Quantity | None) -> Iterator[str]:
         yield from (f"{name}.{path}".rstrip(".") for path in _paths(value, quantity_inside))
 
 
-def _selects_one_place(mechanism: Mechanism, path: str) -> bool:
+def _selects_one_place(mechanism: Parts, path: str) -> bool:
     try:
         return len(find(mechanism, path)) == 1
     except InputError:
         return False
 
 
-def changed(mechanism: Mechanism, parameter: str, value: Any) -> Mechanism:
+def changed(mechanism: Whole, parameter: str, value: Any) -> Whole:
     """Return the mechanism with a new value at each place that a parameter path selects."""
     return changed_all(mechanism, {parameter: value})
 
 
-def changed_all(
-    mechanism: Mechanism, changes: Mapping[str, Any], places: Mapping[str, Sequence[Place]] | None = None
-) -> Mechanism:
+def changed_all(mechanism: Whole, changes: Mapping[str, Any], places: Mapping[str, Sequence[Place]] | None = None) -> Whole:
     """Return the mechanism with new values at several parameter paths."""
     new: dict[str, Any] = {}
     numbers = True
@@ -209,7 +206,7 @@ def changed_all(
     return mechanism.with_parts(new, check=not numbers)
 
 
-def check_distinct(mechanism: Mechanism, paths: Iterable[str], *, disjoint: bool = False) -> None:
+def check_distinct(mechanism: Parts, paths: Iterable[str], *, disjoint: bool = False) -> None:
     """Raise `InputError` if all values of one path are those of a later path; with `disjoint`, if two paths share a value."""
     routes = {path: {place.path for place in find(mechanism, path)} for path in paths}
     for (path, values), (other, other_values) in combinations(routes.items(), 2):
@@ -223,7 +220,7 @@ def _check_independent(place: Place, parameter: str) -> None:
         raise InputError(f"'{parameter}' cannot change alone", place.quantity.tied)
 
 
-def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:
+def _named(mechanism: Parts) -> Iterator[tuple[str, str, int, str]]:
     """Yield name, field, index and kind of every part."""
     for kind, field in FIELD_OF_KIND.items():
         if kind != "clearance":
@@ -234,12 +231,12 @@ def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:
             yield part.name, field, index, part.declaration.section
 
 
-def _kinds(mechanism: Mechanism) -> dict[str, None]:
+def _kinds(mechanism: Parts) -> dict[str, None]:
     """Return the kinds ("joint", "body", ...) that may precede the name of a part in a parameter path of a mechanism."""
     return dict.fromkeys([*FIELD_OF_KIND, *(kind for *_, kind in _named(mechanism))])
 
 
-def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
+def _parts(mechanism: Parts, parameter: str) -> Iterator[Route]:
     """Yield the route to each part that a parameter path names, extended by the field names at the end of the path."""
     parts = list(_named(mechanism))
     kind, _, rest = parameter.partition(".")
@@ -271,7 +268,7 @@ def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
             yield field, index, *path
 
 
-def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
+def _driven(mechanism: Parts, rest: str) -> Iterator[Route]:
     """Yield the route of the drive 'BODY.FIELD', or of 'FIELD' for the only or default drive."""
     bodies = [drive.body for drive in mechanism.drives]
     for index, body in enumerate(bodies):
@@ -289,12 +286,12 @@ def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
     )
 
 
-def _has(mechanism: Mechanism, field: str, index: int, name: str) -> bool:
+def _has(mechanism: Parts, field: str, index: int, name: str) -> bool:
     part = getattr(mechanism, field)[index]
     return LAW_OF_FIELD.get(name, name) in _fields(getattr(part, INNER_FIELDS[field], None) if field in INNER_FIELDS else part)
 
 
-def _place(mechanism: Mechanism, path: Route, parameter: str) -> Place:
+def _place(mechanism: Parts, path: Route, parameter: str) -> Place:
     """Return the place at the end of a route; raise `InputError` if a field does not exist or is None."""
     inside = INNER_FIELDS.get(str(path[0]))
     if inside is not None:

@@ -11,7 +11,8 @@ from scissordyn.components.place import GROUND, Point
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body, bar, point_mass, uniform_legs
 from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parts import Gravity, GravityDirection
 from scissordyn.units import Meaning, Quantity, Sample, checked, documented
 
 UNITS_MAX = 10_000

@@ -16,6 +16,7 @@ import yaml
 from benchmarks import stale
 
 import scissordyn as sd
+from scissordyn.sensitivity import library
 
 ROOT = Path(__file__).parents[2]  # Root folder of the repository
 WORKFLOW = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")  # Text of the CI workflow
@@ -162,6 +163,11 @@ def test_measured_pages_older_than_their_subject(tmp_path, monkeypatch):
     assert [line.split(None, 2)[2] for line in stale.changes(page, graph)] == ["laws: a", "measure"]
     commit("again", "page.md", text=page.read_text().replace("0.1", "0.2"))
     assert [line.split(None, 2)[2] for line in stale.changes(page, graph)] == ["again"]
+
+
+def test_libraries_of_a_wheel_have_names_of_modules():
+    """Contract: the check of wheels takes a library for a module, whose name is an identifier."""
+    assert all(library.file_name(kind, 8).partition(".")[0].isidentifier() for kind in library.KINDS)
 
 
 @pytest.mark.slow

@@ -191,7 +191,7 @@ def file_name(kind: str, width: int, target: str = "") -> str:
         if path.suffix in (".py", ".c")
     )
     mark = "|".join((digest_of(sources), *FLAGS, *_flags(width)))
-    return f"_duals_{kind}-{width}-{hashlib.sha256(mark.encode()).hexdigest()[:16]}{Path(library_name(target)).suffix}"
+    return f"_duals_{kind}_{width}_{hashlib.sha256(mark.encode()).hexdigest()[:16]}{Path(library_name(target)).suffix}"
 
 
 def vector_width() -> int:

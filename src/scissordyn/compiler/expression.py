@@ -6,10 +6,11 @@ import ast
 import math
 from collections.abc import Callable, Mapping
 from functools import reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from scissordyn.compiler.declaration import KEYWORDS, Declarations, member
 from scissordyn.compiler.kind import (
     BOOL,
     DUAL,
@@ -32,21 +33,13 @@ from scissordyn.compiler.kind import (
 )
 from scissordyn.kernel import derivative, equals, value_of
 
-if TYPE_CHECKING:
-    from scissordyn.compiler.unit import Unit
-
 # Functions of C's math.h with the same names in Python's math or in NumPy
 _MATH_FUNCTIONS = (
     *("sqrt", "cbrt", "cos", "sin", "tan", "acos", "asin", "atan", "atan2", "cosh", "sinh", "tanh", "acosh", "asinh", "atanh"),
     *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow", "hypot", "copysign", "fabs", "erf", "erfc", "fmod"),
 )
 
-_C_WORDS = """
-auto break case char const continue default do double else enum extern float for goto if inline int long register restrict
-return short signed sizeof static struct switch typedef union unsigned void volatile while
-"""
-_KEYWORDS = frozenset(_C_WORDS.split())
-RESERVED = frozenset(("floor", "ceil", "isnan", "isinf", "abs", "NAN", "INFINITY", "word", *_KEYWORDS, *_MATH_FUNCTIONS))
+RESERVED = frozenset(("floor", "ceil", "isnan", "isinf", "abs", "NAN", "INFINITY", "word", *KEYWORDS, *_MATH_FUNCTIONS))
 """Names that a variable in C must not have."""
 
 _NUMPY = {
@@ -88,11 +81,6 @@ def plain(name: str) -> str:
     return f"{name}_" if name in RESERVED else name
 
 
-def member(name: str) -> str:
-    """Return the name of a field in C."""
-    return f"{name}_" if name in _KEYWORDS else name
-
-
 def field(pointer: str, name: str) -> str:
     """Return the C expression of a field behind a pointer."""
     return f"{pointer[1:]}.{member(name)}" if pointer.startswith("&") else f"{pointer}->{member(name)}"
@@ -113,11 +101,14 @@ class Scope:
             self.kinds[name], self.changed = new, True
 
 
-class Expressions:
-    """Translator of expressions within a scope."""
+Call = Callable[[Any, list[Value], Mapping[str, Value]], Value]
 
-    def __init__(self, unit: Unit, scope: Scope) -> None:
-        self.unit, self.scope = unit, scope
+
+class Expressions:
+    """Translator of expressions within a scope; `call` returns a call of a Python function, which it translates."""
+
+    def __init__(self, declarations: Declarations, call: Call, scope: Scope) -> None:
+        self.declarations, self.call, self.scope = declarations, call, scope
 
     def value(self, node: ast.expr) -> Value:
         """Return an expression in C with its type."""
@@ -132,18 +123,18 @@ class Expressions:
         return self.value(node).c
 
     def _constant(self, node: ast.Constant) -> Value:
-        return self.unit.constant(node.value, "a constant")
+        return self.declarations.constant(node.value, "a constant")
 
     def _name(self, node: ast.Name) -> Value:
         if node.id in self.scope.kinds:
             kind = self.scope.kinds[node.id]
             return Value("" if is_empty(kind) else plain(node.id), kind)
-        return self.unit.constant(self.scope.names(node.id), node.id)
+        return self.declarations.constant(self.scope.names(node.id), node.id)
 
     def _attribute(self, node: ast.Attribute) -> Value:
         if isinstance(node.value, ast.Name) and node.value.id not in self.scope.kinds:
             module = self.scope.names(node.value.id)
-            return self.unit.constant(getattr(module, node.attr), node.attr)
+            return self.declarations.constant(getattr(module, node.attr), node.attr)
         base = self.value(node.value)
         if isinstance(base.kind, Functions):
             return Value("", Called(getattr(base.kind.named, node.attr)))
@@ -234,7 +225,7 @@ class Expressions:
 
     def _tuple(self, node: ast.Tuple) -> Value:
         parts = [self.value(element) for element in node.elts]
-        return self.unit.together(parts)
+        return self.declarations.together(parts)
 
     def _unaryop(self, node: ast.UnaryOp) -> Value:
         inner = self.value(node.operand)
@@ -299,7 +290,7 @@ class Expressions:
         value = self.value(node)
         if not isinstance(value.constant, tuple):
             raise TranslationError("'in' in a kernel requires a tuple of constants", "a tuple of constants")
-        return [self.unit.constant(member, "a constant") for member in value.constant]
+        return [self.declarations.constant(member, "a constant") for member in value.constant]
 
     def _boolop(self, node: ast.BoolOp) -> Value:
         joint = " && " if isinstance(node.op, ast.And) else " || "
@@ -308,7 +299,7 @@ class Expressions:
     def _ifexp(self, node: ast.IfExp) -> Value:
         test, chosen, otherwise = self.value(node.test), self.value(node.body), self.value(node.orelse)
         kind = joined(chosen.kind, otherwise.kind)
-        self.unit.use(kind)
+        self.declarations.use(kind)
         chosen, otherwise = converted(chosen, kind), converted(otherwise, kind)
         if isinstance(kind, Tuple) and chosen.kind != otherwise.kind:
             raise TranslationError("a conditional expression in a kernel has tuples of different types", "tuples of one type")
@@ -329,10 +320,10 @@ class Expressions:
                 raise TranslationError(f"{ast.unparse(node.func)} in a kernel cannot be called", "a function")
             function = called.kind.function
         if function is float and isinstance(node.args[0], ast.Constant):
-            return self.unit.constant(float(node.args[0].value), "a constant")  # type: ignore[arg-type]
+            return self.declarations.constant(float(node.args[0].value), "a constant")  # type: ignore[arg-type]
         arguments = [self.value(argument) for argument in node.args]
         named = {argument.arg: self.value(argument.value) for argument in node.keywords if argument.arg}
-        return self._built_in(function, arguments) or self.unit.call(function, arguments, named)
+        return self._built_in(function, arguments) or self.call(function, arguments, named)
 
     def _built_in(self, function: Any, arguments: list[Value]) -> Value | None:
         """Return a call of a built-in or library function; None for other functions.

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from scissordyn.compiler.expression import Expressions, Scope, place_of, plain
+from scissordyn.compiler.declaration import Declarations
+from scissordyn.compiler.expression import Call, Expressions, Scope, place_of, plain
 from scissordyn.compiler.kind import (
     DUAL,
     VOID,
@@ -25,21 +26,27 @@ from scissordyn.compiler.kind import (
     joined,
 )
 
-if TYPE_CHECKING:
-    from scissordyn.compiler.unit import Unit
-
 
 class Body:
     """Statements of one function, for arguments of given types."""
 
-    def __init__(self, unit: Unit, definition: ast.FunctionDef, kinds: tuple[Kind, ...], names: Any, file: str = "") -> None:
-        self.unit, self.definition, self.place = unit, definition, f"{file or 'kernel'}:{{}}: {definition.name}"
+    def __init__(
+        self,
+        declarations: Declarations,
+        call: Call,
+        definition: ast.FunctionDef,
+        kinds: tuple[Kind, ...],
+        names: Any,
+        file: str = "",
+    ) -> None:
+        self.declarations, self.definition = declarations, definition
+        self.place = f"{file or 'kernel'}:{{}}: {definition.name}"
         arguments = definition.args
         self.arguments = [argument.arg for argument in (*arguments.args, *([arguments.vararg] if arguments.vararg else []))]
         self.scope = Scope(names)
         self.scope.kinds = dict(zip(self.arguments, kinds, strict=True))
         self.given = dict(self.scope.kinds)
-        self.expressions = Expressions(unit, self.scope)
+        self.expressions = Expressions(declarations, call, self.scope)
         self.result: Kind | None = None
         self.lines: list[str] = []
         self.depth = 1
@@ -123,7 +130,7 @@ class Body:
         self.result = joined(self.result, result.kind)
         result = converted(result, self.result)
         if isinstance(self.result, Tuple):
-            self.unit.use(self.result)
+            self.declarations.use(self.result)
             if result.kind != self.result:
                 result = self._converted(result, self.result)
         self._line(f"return {result.c};")
@@ -180,7 +187,7 @@ class Body:
             f"for (int64_t {name} = {first}, end_{number} = {last}; {name} {compared} end_{number}; {name} += {step}) {{"
         )
         if node.target.id != "_":
-            self.scope.assign(node.target.id, self.unit.whole)
+            self.scope.assign(node.target.id, self.declarations.whole)
             self.lines.append("    " * (self.depth + 1) + f"{plain(node.target.id)} = {name};")
         self._inside(node.body)
         self._line("}")
@@ -233,7 +240,7 @@ class Body:
             self.scope.assign(target.id, value.kind)
             kind = self.scope.kinds[target.id]
             if isinstance(kind, Tuple) and kind != value.kind:
-                self.unit.use(kind)
+                self.declarations.use(kind)
                 value = self._converted(value, kind)
             if not is_empty(value.kind):
                 self._line(f"{plain(target.id)} = {converted(value, kind).c};")

@@ -13,20 +13,13 @@ from importlib.resources import files
 from types import CodeType
 from typing import Any
 
-import numpy as np
-
-from scissordyn.compiler.expression import member
+from scissordyn.compiler.declaration import Declarations
 from scissordyn.compiler.function import Body
 from scissordyn.compiler.kind import (
-    DUAL,
     FLOAT,
-    INT,
     VOID,
     Array,
-    Called,
-    Functions,
     Kind,
-    Record,
     Scalar,
     SourceError,
     Struct,
@@ -37,9 +30,7 @@ from scissordyn.compiler.kind import (
     declared,
     is_empty,
     item_of,
-    kind_of,
     kind_of_hint,
-    written,
 )
 from scissordyn.compiler.recipe import ANSWER, SIGNATURE, Recipe
 from scissordyn.kernel import Entry, Opener, call_at
@@ -62,77 +53,19 @@ class _Translated:
         return self.macro + self.body.text(self.name)
 
 
-class Unit:
-    """Functions of one C file.
-
-    With `derivatives`, floats are dual numbers with that many derivatives, rounded up to an even number; those in the named
-    tuples `doubles` have none.
-    """
-
-    whole = INT
+class Unit(Declarations):
+    """Functions of one C file, with what they declare."""
 
     def __init__(
         self, types: dict[Any, Any] | None = None, *, table: bool = False, derivatives: int = 0, doubles: Iterable[type] = ()
     ) -> None:
-        self.derivatives = derivatives + derivatives % 2  # pairs, see dual.c
-        self.number = DUAL if derivatives else FLOAT
-        self.types: dict[Any, Any] = {} if types is None else types
-        for described in doubles:
-            kind_of_hint(described, "", self.types)
+        super().__init__(types, derivatives=derivatives, doubles=doubles)
         self.table = table
-        self.tuples: dict[str, Tuple] = {}
-        self.arrays: dict[str, Array] = {}
-        self.tables: dict[int, tuple[str, np.ndarray]] = {}
         self.translated: dict[Any, _Translated] = {}
         self.names: dict[str, int] = {}
         self.kernels: dict[Recipe, int] = {}
         self.entries: list[str] = []
         self.files: set[str] = set()
-
-    def use(self, kind: Kind) -> None:
-        """Declare a tuple or array type in the file."""
-        if isinstance(kind, Tuple) and kind.items:
-            for item in kind.items:
-                self.use(item)
-            self.tuples.setdefault(kind.c, kind)
-        elif isinstance(kind, Array):
-            self.arrays.setdefault(kind.c, kind)
-        elif isinstance(kind, Struct):
-            for inner in kind.fields.values():
-                self.use(inner)
-
-    def constant(self, value: Any, name: str) -> Value:
-        """Return the value of a module-level name."""
-        if callable(value) or inspect.ismodule(value):
-            return Value("", Called(value))
-        if hasattr(value, "_asdict") and all(map(callable, value)):
-            return Value("", Functions(value))
-        if isinstance(value, tuple) and not hasattr(value, "_asdict"):
-            parts = [self.constant(part, name) for part in value]
-            kind = Tuple(tuple(part.kind for part in parts))
-            self.use(kind)
-            return Value(kind.literal(part.c for part in parts), kind, value)
-        if isinstance(value, np.ndarray):
-            return self._table(value, name)
-        if value is None or isinstance(value, str):
-            raise TranslationError(f"unsupported value {value!r} in a kernel", "numbers and arrays")
-        return Value(written(value), kind_of(value), value)
-
-    def together(self, parts: list[Value]) -> Value:
-        """Return some values as a tuple."""
-        if any(part.kind == DUAL for part in parts):
-            parts = [converted(part, DUAL if part.kind == FLOAT else part.kind) for part in parts]
-        kind = Tuple(tuple(part.kind for part in parts))
-        self.use(kind)
-        constant = tuple(part.constant for part in parts) if all(part.constant is not None for part in parts) else None
-        return Value(kind.literal(part.c for part in parts), kind, constant)
-
-    def _table(self, value: np.ndarray, name: str) -> Value:
-        kind = kind_of(value)
-        assert isinstance(kind, Array)
-        self.use(kind)
-        label, _ = self.tables.setdefault(id(value), (f"table_{len(self.tables)}_{name.lower()}", np.ascontiguousarray(value)))
-        return Value(label, kind)
 
     def call(self, function: Any, arguments: list[Value], named: Mapping[str, Value]) -> Value:
         """Return a call of a Python function, translated for the types of its arguments."""
@@ -168,7 +101,7 @@ class Unit:
             for kind in kinds:
                 self.use(kind)
             self.files.add(function.__code__.co_filename)
-            body = Body(self, _definition(function), kinds, _names_of(function), function.__code__.co_filename)
+            body = Body(self, self.call, _definition(function), kinds, _names_of(function), function.__code__.co_filename)
             body.translate()
             if not name:
                 word = re.sub(r"\W", "_", function.__name__)
@@ -239,8 +172,8 @@ class Unit:
                 _text("arithmetic.c"),
                 *([f"#define DERIVATIVES {self.derivatives}\n", _text("dual.c")] if self.derivatives else []),
                 f"typedef {number} (*kernel_pointer)({signature});",
-                *self._types(),
-                *self._tables(),
+                *self.type_texts(),
+                *self.table_texts(),
                 *(f"{function.head};" for function in self.translated.values()),
                 *(f"{text};" for text in heads),
                 pointers if self.table else "",
@@ -277,40 +210,9 @@ class Unit:
         answer = items[recipe.targets.index(ANSWER)] if ANSWER in recipe.targets else converted(Value("0.0", FLOAT), number).c
         return "\n".join((head, unused, f"    {call.kind.c} found = {call.c};", *puts, f"    return {answer};", "}\n"))
 
-    def _types(self) -> list[str]:
-        records = [kind for kind in self.types.values() if isinstance(kind, Record)]
-        texts = [_struct(record.c, record.fields) for record in records]
-        for name, array in self.arrays.items():
-            counts = [(f"n{k}", INT) for k in range(array.dimensions)] + ([("s", INT)] if array.dimensions == 2 else [])
-            fields = " ".join(f"{kind.c} {count};" for count, kind in counts)
-            texts.append(f"typedef struct {{ {array.element.c} *p; {fields} }} {name};")
-        for name, kind in self.tuples.items():
-            if kind.alike:
-                texts.append(f"typedef struct {{ {kind.items[0].c} v[{len(kind.items)}]; }} {name};")
-            else:
-                texts.append(_struct(name, [(f"e{k}", item) for k, item in enumerate(kind.items)]))
-        # a struct comes after the structs that it contains
-        structs = [kind for kind in self.types.values() if isinstance(kind, Struct)]
-        return texts + [_struct(struct.c, list(struct.fields.items())) for struct in structs]
-
-    def _tables(self) -> list[str]:
-        texts = []
-        for name, table in self.tables.values():
-            kind = kind_of(table)
-            assert isinstance(kind, Array)
-            numbers = ", ".join(written(number) for number in table.ravel().tolist())
-            shape = ", ".join(map(str, table.shape)) + (f", {table.shape[1]}" if table.ndim == 2 else "")
-            texts.append(f"static {kind.element.c} {name}_numbers[] = {{{numbers}}};")
-            texts.append(f"static {kind.c} {name} = {{{name}_numbers, {shape}}};")
-        return texts
-
 
 def _text(file: str) -> str:
     return files("scissordyn.compiler").joinpath(file).read_text(encoding="utf-8")
-
-
-def _struct(name: str, fields: Iterable[tuple[str, Kind]]) -> str:
-    return f"typedef struct {{ {' '.join(f'{kind.c} {member(field)};' for field, kind in fields)} }} {name};"
 
 
 def python_of(function: Any) -> Any:

@@ -19,6 +19,34 @@ from scissordyn.sensitivity import library
 ROOT = Path(__file__).parents[2]  # Root folder of the repository
 
 
+def files_of(folder):
+    """Return the files of a folder, without bytecode."""
+    return [path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+
+
+def package_files():
+    """Return the files of the packages, relative to their folder."""
+    packages = [ROOT / "src" / name for name in ("scissordyn", "scissordyn_paper")]
+    return {path.relative_to(ROOT / "src").as_posix() for folder in packages for path in files_of(folder)}
+
+
+def test_files_that_setuptools_finds(monkeypatch):
+    """Contract: the tables of pyproject.toml name every file of the package; the build adds the compiled kernels."""
+    pytest.importorskip("setuptools", minversion="77")
+    from setuptools import Distribution
+    from setuptools.command.build_py import build_py
+    from setuptools.config.pyprojecttoml import apply_configuration
+
+    monkeypatch.chdir(ROOT)
+    distribution = apply_configuration(Distribution({"script_name": "setup.py"}), ROOT / "pyproject.toml")
+    distribution.include_package_data = False  # MANIFEST.in names no file of the package
+    build = build_py(distribution)
+    build.ensure_finalized()
+    found = {Path(file).relative_to("src").as_posix() for _, _, file in build.find_all_modules()}
+    found |= {Path(folder, name).relative_to("src").as_posix() for _, folder, _, names in build.data_files for name in names}
+    assert found == {name for name in package_files() if not name.startswith("scissordyn/_kernels.")}
+
+
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     """Return the wheel, built from a copy of the sources, without libraries in dual numbers."""
@@ -43,18 +71,16 @@ def wheel_in(tmp_path_factory, derivatives):
     return found
 
 
+@pytest.mark.slow
 def test_wheel_contains_the_package_and_nothing_else(wheel):
     """Contract: the wheel has every file of the package and every example, and neither tests nor documentation."""
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         metadata = archive.read(f"scissordyn-{sd.__version__}.dist-info/METADATA").decode()
         scripts = archive.read(f"scissordyn-{sd.__version__}.dist-info/entry_points.txt").decode()
-    folders = [ROOT / "src" / name for name in ("scissordyn", "scissordyn_paper")]
-    package = [path for folder in folders for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
-    here = {path.relative_to(ROOT / "src").as_posix() for path in package}
+    here = package_files()
     assert "scissordyn/py.typed" in here
-    samples = [path for path in (ROOT / "examples").rglob("*") if path.is_file() and "__pycache__" not in path.parts]
-    here |= {f"scissordyn/examples/{path.relative_to(ROOT / 'examples').as_posix()}" for path in samples}
+    here |= {f"scissordyn/{path.relative_to(ROOT).as_posix()}" for path in files_of(ROOT / "examples")}
     assert {name for name in names if ".dist-info/" not in name} == here
     assert f"scissordyn-{sd.__version__}.dist-info/licenses/LICENSE" in names
     assert "scissordyn = scissordyn.cli.entry:run" in scripts
@@ -81,14 +107,16 @@ def test_module_is_the_program():
 
 
 def test_libraries_in_dual_numbers(tmp_path, monkeypatch):
-    """Contract: a wheel gets, for each width of vectors, a library by the name under which it is looked for."""
-    monkeypatch.setattr(library, "KINDS", {"elements": ()})
-    library.compile_all(tmp_path)
+    """Contract: a wheel gets each library by the name under which it is looked for, and a library has all elements."""
+    assert all(hasattr(library._loaded("elements"), recipe.symbol) for recipe in catalogue_recipes())
+    with monkeypatch.context() as patch:
+        patch.setattr(library, "source_of", '__attribute__((visibility("default"))) int made_for_{};'.format)
+        library.compile_all(tmp_path)
     monkeypatch.setattr(library, "INSTALLED", tmp_path)
-    name = library.file_name("elements", library.vector_width())
-    found = library._loaded.__wrapped__("elements")
-    assert Path(found._name) == tmp_path / name
-    assert all(hasattr(found, recipe.symbol) for recipe in catalogue_recipes())
+    for kind in library.KINDS:
+        found = library._loaded.__wrapped__(kind)
+        assert Path(found._name) == tmp_path / library.file_name(kind, library.vector_width())
+        assert hasattr(found, f"made_for_{kind}")
 
 
 @pytest.mark.slow

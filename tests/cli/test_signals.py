@@ -13,21 +13,31 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
+from tests.process import Duplicate
 
 import scissordyn as sd
+from scissordyn.cli import entry
+from scissordyn.cli import main as main_module
+from scissordyn.cli import run as run_module
+from scissordyn.cli.main import install_signal_handlers
+from scissordyn.periodic import bifurcation
 
 EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
-COMMAND = [sys.executable, "-m", "scissordyn.cli.main"]  # Command line of `scissordyn`
 # Options of a run that takes much longer than a test
 LONG = ("--set", "run.until=2000 s", "--set", "run.most_steps=1000000000", "--set", "run.samples=2000")
 
 
 @contextmanager
-def started(*command, **own):
-    """Start a process that leads its own group, as a command of a shell does, and kill the group at the end."""
-    process = subprocess.Popen(
-        command, env={**os.environ, **own}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
+def started(*command):
+    """Start a process that leads its own group, as a command of a shell does, and kill the group at the end.
+
+    A command that begins with a function is a duplicate of this process.
+    """
+    if callable(command[0]):
+        process = Duplicate(*command)
+    else:
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
     try:
         yield process
     finally:
@@ -43,9 +53,13 @@ def ended(process):
 
 def members(group):
     """Return the processes of a group, without those that have ended and wait for their parent."""
-    listed = subprocess.run(["ps", "-e", "-o", "pgid=,stat=,args="], capture_output=True, text=True, check=True).stdout
-    rows = [row.split(None, 2) for row in listed.splitlines()]
-    return [" ".join(row) for row in rows if row[0] == str(group) and row[1][0] != "Z"]
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # it has ended meanwhile
+            name, _, rest = path.read_text().rpartition(")")
+            state, _, of_group, *_ = rest.split()
+            found += [name] if of_group == str(group) and state != "Z" else []
+    return found
 
 
 def living(group):
@@ -74,27 +88,29 @@ def says(process, text):
     assert process.stdout.readline() == text
 
 
-RUN_THAT_ANNOUNCES = """
-from contextlib import contextmanager
-from scissordyn.cli import entry, run
+def run_program(*words):
+    """Run the program with its arguments."""
+    sys.argv[1:] = map(str, words)
+    entry.run()
 
-@contextmanager
-def announcing(until):
-    said = []
-    yield lambda time: said or said.append(print("computing", flush=True)) or said.append(time)
 
-run.progress_bar = announcing
-entry.run()
-"""
-"""Program that runs a command and prints a line when its integration begins."""
+def run_and_announce(*words):
+    """Run the program, and print a line when an integration begins."""
+
+    @contextmanager
+    def announcing(until):
+        said = []
+        yield lambda time: said or said.append(print("computing", flush=True)) or said.append(time)
+
+    run_module.progress_bar = announcing
+    run_program(*words)
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_run_that_is_stopped_is_kept(tmp_path, number, status):
     """Contract: either signal ends a run, which is saved and marked, and the file is named."""
     target = tmp_path / "part.nc"
-    command = (sys.executable, "-c", RUN_THAT_ANNOUNCES, "run", str(EXAMPLES / "paper.toml"), "-o", str(target), *LONG)
-    with started(*command) as process:
+    with started(run_and_announce, "run", EXAMPLES / "paper.toml", "-o", target, *LONG) as process:
         says(process, "computing\n")
         process.send_signal(number)
         out, err = ended(process)
@@ -106,12 +122,14 @@ def test_a_run_that_is_stopped_is_kept(tmp_path, number, status):
     assert list(tmp_path.iterdir()) == [target]
 
 
-# Program that runs a command and saves bifurcation diagrams every 0.1 s
-SAVING_OFTEN = (
-    "import scissordyn.periodic.bifurcation as b; b.SAVE_SECONDS = 0.1; from scissordyn.cli import entry; entry.run()"
-)
+def run_and_save_often(*words):
+    """Run the program, and save bifurcation diagrams every 0.1 s."""
+    bifurcation.SAVE_SECONDS = 0.1
+    run_program(*words)
+
+
 # Options of a bifurcation diagram that takes longer than a test
-SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values", "200", "--cycles", "10", "--threads", "2")
+SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values", "200", "--cycles", "4", "--threads", "2")
 
 
 @pytest.mark.parametrize(
@@ -126,8 +144,7 @@ SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values
 def test_a_diagram_that_is_stopped_is_kept(tmp_path, number, whole_group):
     """Contract: a signal to the command or to its whole group ends it, and the file holds what was done."""
     target = tmp_path / "diagram.nc"
-    command = sys.executable, "-c", SAVING_OFTEN, "bifurcation", str(EXAMPLES / "periodic.toml")
-    with started(*command, *SCAN, "-o", str(target)) as process:
+    with started(run_and_save_often, "bifurcation", EXAMPLES / "periodic.toml", *SCAN, "-o", target) as process:
         wait_for(target.exists, process)
         (os.killpg if whole_group else os.kill)(process.pid, number)
         out, err = ended(process)
@@ -158,7 +175,7 @@ QUICK_PAIRS = {(SIGNALS[1], ENGINES[1]), (SIGNALS[2], ENGINES[2])}
 )
 def test_the_paper_can_be_stopped(tmp_path, number, engine):
     """Contract: no process is left over, and what is done is kept and named."""
-    with started(*COMMAND, "paper", "-o", str(tmp_path), *engine) as process:
+    with started(run_program, "paper", "-o", tmp_path, *engine) as process:
         if number == signal.SIGKILL and "--workers" in engine:
             wait_for(lambda: len(members(process.pid)) > 2, process)  # the workers have been started
         else:
@@ -176,25 +193,22 @@ def test_the_paper_can_be_stopped(tmp_path, number, engine):
         assert sd.load(path).attrs["status"] == "complete"
 
 
-# Program that handles signals but catches the exception of each
-STUBBORN = """
-import time
-from scissordyn.cli.main import install_signal_handlers
-install_signal_handlers()
-while True:
-    try:
-        print("ready", flush=True)
-        while True:
-            time.sleep(0.01)
-    except KeyboardInterrupt:
-        print("noticed", flush=True)
-"""
+def swallow_signals():
+    """Handle signals but catch the exception of each."""
+    install_signal_handlers()
+    while True:
+        try:
+            print("ready", flush=True)
+            while True:
+                time.sleep(0.01)
+        except KeyboardInterrupt:
+            print("noticed", flush=True)
 
 
 @pytest.mark.parametrize(("first", "second"), [(signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGINT)])
 def test_a_second_signal_ends_at_once(first, second):
     """Contract: a command that is busy with the first signal, or has swallowed it, is ended by the second."""
-    with started(sys.executable, "-c", STUBBORN) as process:
+    with started(swallow_signals) as process:
         says(process, "ready\n")
         process.send_signal(first)
         says(process, "noticed\n")
@@ -203,30 +217,30 @@ def test_a_second_signal_ends_at_once(first, second):
     assert process.returncode == -second
 
 
-# Program in which Python loses the exception of a signal, because a callback raises it
-LOSING = """
-import sys, time
-from scissordyn.cli import entry, main
-
 class Callback:
+    """Object that waits where Python drops exceptions."""
+
     def __del__(self):
         print("ready", flush=True)
         time.sleep(100)
 
-def command(arguments):
-    callback = Callback()
-    del callback  # Python drops what is raised here
-    time.sleep(100)
 
-main.status_of = command
-entry.run()
-"""
+def lose_an_exception():
+    """Run a command in which Python loses the exception of a signal, because a callback raises it."""
+
+    def command(_):
+        callback = Callback()
+        del callback
+        time.sleep(100)
+
+    main_module.status_of = command
+    entry.run()
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_that_python_drops(number, status):
     """Contract: a signal ends the command even if it comes in `__del__` or a callback, where Python ignores exceptions."""
-    with started(sys.executable, "-c", LOSING) as process:
+    with started(lose_an_exception) as process:
         says(process, "ready\n")
         process.send_signal(number)
         _, err = process.communicate(timeout=50)

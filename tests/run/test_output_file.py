@@ -1,8 +1,10 @@
 """Files of results: written completely or not at all, never over other files; and files that cannot be read as results."""
 
 import os
+import random
+import resource
+import signal
 import stat
-import subprocess
 import sys
 
 import h5py
@@ -10,9 +12,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from tests.build import EXAMPLES
+from tests.process import Duplicate
 
 import scissordyn as sd
 from scissordyn.file import output_file
+from scissordyn.file.checksum import checksum_line
 from scissordyn.file.netcdf import NetcdfFile
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.record.results import Results
@@ -29,33 +33,27 @@ def run():
     return xr.Dataset(values, attrs={"title": "scissordyn run", "configuration": "{}"})
 
 
-# Program that saves a run although files may only have a given size
-FULL = """
-import resource, sys
-import scissordyn as sd
-run = sd.load(sys.argv[1])
-room = int(sys.argv[3])
-resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
-try:
-    sd.save(run, sys.argv[2])
-except sd.InputError as error:
-    print(error)
-    sys.exit(2)
-"""
+def save_with_limit(run, target, room):
+    """Save a run although files may only have a given size."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+    try:
+        sd.save(run, target)
+    except sd.InputError as error:
+        print(error)
+        sys.exit(2)
 
 
 @pytest.mark.parametrize("room", [0, 100_000])
 def test_full_disk(run, tmp_path, room):
     """Contract: the error names the reason, the process continues, and the previous file stays."""
-    whole, target = sd.save(run, tmp_path / "whole.nc"), tmp_path / "folder" / "run.nc"
-    target.parent.mkdir()
+    target = tmp_path / "run.nc"
     small = sd.save(run.isel(time=slice(0, 2)), target).read_bytes()
-    command = [sys.executable, "-c", FULL, str(whole), str(target), str(room)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
-    assert (done.returncode, done.stderr) == (2, "")
-    assert done.stdout.startswith(f"cannot write '{target}': File too large;")
-    assert done.stdout.count("\n") == 1
-    assert list(target.parent.iterdir()) == [target]
+    with Duplicate(save_with_limit, run, target, room) as other:
+        out, err = other.communicate()
+    assert (other.returncode, err) == (2, "")
+    assert out.startswith(f"cannot write '{target}': File too large;")
+    assert out.count("\n") == 1
+    assert list(tmp_path.iterdir()) == [target]
     assert target.read_bytes() == small
 
 
@@ -113,25 +111,21 @@ def test_control_c_while_writing_loses_nothing(run, tmp_path, monkeypatch):
     assert len(list(tmp_path.iterdir())) == 1
 
 
-# Program that is killed while it writes a file
-KILLED = """
-import os, signal, sys
-from scissordyn.file import output_file
-from scissordyn.file.netcdf import NetcdfFile
-def stop(handle):
-    print("writing", flush=True)
-    signal.pause()
-output_file.os.fsync = stop
-output_file.write_file(sys.argv[1], b"half")
-"""
+def write_without_end(path):
+    """Write a file until this process is killed."""
+
+    def stop(_):
+        print("writing", flush=True)
+        signal.pause()
+
+    output_file.os.fsync = stop
+    write_file(path, b"half")
 
 
 def test_remains_of_killed_writers_are_removed(tmp_path):
     """Contract: a writer removes the remains of a killed writer of the same file, but not the file of an active one."""
     target = tmp_path / "run.nc"
-    writers = [
-        subprocess.Popen([sys.executable, "-c", KILLED, str(target)], stdout=subprocess.PIPE, text=True) for _ in range(2)
-    ]
+    writers = [Duplicate(write_without_end, target) for _ in range(2)]
     for writer in writers:
         assert writer.stdout.readline() == "writing\n"
     assert len(list(tmp_path.glob(".*.part"))) == 2
@@ -206,28 +200,28 @@ def test_devices_and_pipes_are_not_read(tmp_path):
             sd.load(path)
 
 
+def read_damaged_files(whole, target):
+    """Write and read damaged files with valid checksums."""
+    content, dice, refused = whole.read_bytes(), random.Random(1), []
+    for _ in range(60):
+        damaged = bytearray(content)
+        for _ in range(dice.choice([1, 5, 50])):
+            damaged[dice.randrange(len(damaged))] = dice.randrange(256)
+        target.write_bytes(damaged + checksum_line(damaged))
+        try:
+            sd.load(target)
+        except sd.InputError as error:
+            refused.append(str(error))
+    assert all(map(str.isprintable, refused))
+    assert len(refused) > 20
+
+
 def test_damaged_files_with_valid_checksums(run, tmp_path):
     """Contract: HDF5 reads or refuses 60 damaged files with valid checksums without printing or crashing."""
-    code = """
-import random, sys
-from pathlib import Path
-import scissordyn as sd
-from scissordyn.file.checksum import checksum_line
-whole, dice = Path(sys.argv[1]).read_bytes(), random.Random(1)
-for _ in range(60):
-    damaged = bytearray(whole)
-    for _ in range(dice.choice([1, 5, 50])):
-        damaged[dice.randrange(len(damaged))] = dice.randrange(256)
-    Path(sys.argv[2]).write_bytes(damaged + checksum_line(damaged))
-    try:
-        sd.load(sys.argv[2])
-    except sd.InputError as error:
-        assert str(error).isprintable()
-"""
     whole = sd.save(run.isel(time=slice(0, 3)), tmp_path / "whole.nc")
-    command = [sys.executable, "-c", code, str(whole), str(tmp_path / "damaged.nc")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    with Duplicate(read_damaged_files, whole, tmp_path / "damaged.nc") as other:
+        assert other.communicate() == ("", "")
+    assert other.returncode == 0
 
 
 def test_interrupt_inside_the_library(run, tmp_path, monkeypatch):

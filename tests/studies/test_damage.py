@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import multiprocessing
 import os
 import random
 import resource
@@ -10,12 +9,14 @@ import shutil
 import signal
 import sqlite3
 import sys
+import time
 from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from tests.process import Duplicate
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
@@ -266,24 +267,20 @@ def test_worker_with_another_program(monkeypatch):
         run_block(Block(study(), np.arange(2), fingerprint=ours))
 
 
-def _hold(address, held, release):
+def _hold(address):
     with Store(address).alone():
-        held.set()
-        release.wait(60)
+        print("held", flush=True)
+        time.sleep(100)
 
 
 def test_one_writer_at_a_time(whole, store):
     """Contract: a second writer is refused; readers are not affected."""
-    context = multiprocessing.get_context("spawn")
-    held, release = context.Event(), context.Event()
-    process = context.Process(target=_hold, args=(str(store), held, release))
-    process.start()
-    assert held.wait(120)
-    with pytest.raises(sd.InputError, match="is being computed by another process"), Store(store).alone():
-        pass
-    xr.testing.assert_equal(Store(store).results(), Store(whole).results())
-    release.set()
-    process.join()
+    with Duplicate(_hold, store) as other:
+        assert other.stdout.readline() == "held\n"
+        with pytest.raises(sd.InputError, match="is being computed by another process"), Store(store).alone():
+            pass
+        xr.testing.assert_equal(Store(store).results(), Store(whole).results())
+        other.kill()
     with Store(store).alone():
         pass
 
@@ -305,10 +302,9 @@ def test_creation_by_two_processes(whole, tmp_path):
 def test_kill_during_creation(moment, whole, tmp_path):
     """Contract: at most one hidden file is left; the same command removes it and computes the study."""
     path = tmp_path / "a.db"
-    other = multiprocessing.get_context("spawn").Process(target=_die_at, args=(str(path), moment))
-    other.start()
-    other.join(120)
-    assert other.exitcode == -signal.SIGKILL
+    with Duplicate(_die_at, path, moment) as other:
+        pass
+    assert other.returncode == -signal.SIGKILL
     shown, hidden = {"fsync": ([], 1), "link": ([], 1), "unlink": (["a.db"], 1)}[moment]
     assert sorted(one.name for one in tmp_path.iterdir() if not one.name.startswith(".")) == shown
     assert len([one for one in tmp_path.iterdir() if one.name.startswith(".")]) == hidden
@@ -334,10 +330,9 @@ def test_killed_writer(whole, store):
     """Contract: a block is stored completely or not at all."""
     change(store, "DELETE FROM cases WHERE number >= 4", "DELETE FROM blocks WHERE number >= 2")
     before = rows(store)
-    other = multiprocessing.get_context("spawn").Process(target=_die, args=(str(store),))
-    other.start()
-    other.join(120)
-    assert other.exitcode == 9
+    with Duplicate(_die, store) as other:
+        pass
+    assert other.returncode == 9
     assert (store.parent / "a.db-journal").exists()
     assert (Store(store).status() == COMPLETE).tolist() == [True] * 4 + [False] * 4
     assert rows(store) == before

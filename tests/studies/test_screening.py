@@ -8,7 +8,8 @@ from scipy import stats
 from tests.build import one_line_error
 
 import scissordyn as sd
-from scissordyn.studies.answer.estimate import (
+from scissordyn.studies.compute.fidelity import verified_path
+from scissordyn.studies.estimate import (
     correlation,
     cost_ratio,
     fraction_estimate,
@@ -16,7 +17,6 @@ from scissordyn.studies.answer.estimate import (
     quantile_estimates,
     split,
 )
-from scissordyn.studies.answer.fidelity import verified_path
 from studies.test_study import arm
 
 MEDIAN, SPREAD = 1.0, 0.5  # Median and spread of a log-normal response

@@ -18,13 +18,13 @@ from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
 from scissordyn.studies.answer.answers import Answers
 from scissordyn.studies.answer.conclusion import Conclusion, conclude
-from scissordyn.studies.answer.fidelity import compute_both_fidelities
 from scissordyn.studies.answer.page import design_size, page
 from scissordyn.studies.answer.report import LAYOUT, StudyPictures, as_html, export, table, write_figures, write_report
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
 from scissordyn.studies.ask.requirement import Optimisation, read_goal
 from scissordyn.studies.compute.execute import How, Progress, execute, extend
+from scissordyn.studies.compute.fidelity import compute_both_fidelities
 from scissordyn.studies.compute.optimise import optimise
 from scissordyn.studies.compute.store import Store
 from scissordyn.studies.compute.table import column

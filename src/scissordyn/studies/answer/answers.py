@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.studies.answer.fidelity import Corrected, confirmed, estimates, verified_path
+from scissordyn.studies.answer.fidelity import Corrected, confirmed, estimates
 from scissordyn.studies.answer.grouped import grouped, grouped_lines
 from scissordyn.studies.answer.surface import Surface, between_points
 from scissordyn.studies.answer.trend import Trend, sensitivity, trends
@@ -26,6 +26,7 @@ from scissordyn.studies.answer.verdict import (
     worst_cases,
 )
 from scissordyn.studies.ask.description import Study
+from scissordyn.studies.compute.fidelity import verified_path
 from scissordyn.studies.compute.optimise import Optimum, candidates
 from scissordyn.studies.compute.store import COMPLETE, FAILED, PENDING, Store
 

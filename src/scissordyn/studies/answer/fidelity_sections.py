@@ -9,17 +9,17 @@ import xarray as xr
 
 from scissordyn.plot.scale import scale_of
 from scissordyn.studies.answer.answers import Answers
-from scissordyn.studies.answer.estimate import Estimate
 from scissordyn.studies.answer.fidelity import Corrected
 from scissordyn.studies.answer.section import Section
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.compute.store import Store
+from scissordyn.studies.estimate import Estimate
 from scissordyn.warning import RunWarning, warning
 
 
 def fidelity_sections(answers: Answers, verified: Answers) -> Iterator[Section]:
     """Yield the sections that combine cheap and accurate runs."""
-    taken = [of.store.times() for of in (answers, verified)]
+    taken = [part.store.times() for part in (answers, verified)]
     times = [(float(spent["cases"].sum()), float(spent["seconds"].sum())) for spent in taken]
     cost = _cost(answers.study, (answers.store, verified.store), times)
     if answers.study.goals:

@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.run.response import Response
-from scissordyn.studies.answer.estimate import fraction_interval
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import INDEPENDENT
 from scissordyn.studies.ask.requirement import (
@@ -24,6 +23,7 @@ from scissordyn.studies.ask.requirement import (
 from scissordyn.studies.compute.optimise import candidates
 from scissordyn.studies.compute.store import COMPLETE, PENDING
 from scissordyn.studies.compute.table import SLOPE_BY, SLOPE_OF, SLOPES, chosen_numbers, column
+from scissordyn.studies.estimate import fraction_interval
 from scissordyn.tolerance import REPORTED_FRACTION
 
 

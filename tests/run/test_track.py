@@ -1,11 +1,14 @@
 """Tracked points, and the synchronisation of the units of arrays."""
 
+import json
 import math
 
 import numpy as np
 import pytest
+from tests import build
 
 import scissordyn as sd
+from scissordyn.config.template import template
 from scissordyn.model.commanded import rigid
 from scissordyn.plan.plan import plan
 from scissordyn.run.ideal_path import ideal_path
@@ -97,6 +100,18 @@ def test_parts_of_the_largest_deviation(samples):
         assert list(point.parts) == ["servo", "clearance"]
         first, second = point.parts.values()
         assert abs(first - second) * (1.0 - 1e-6) <= point.deviation <= (first + second) * (1.0 + 1e-6)
+
+
+def test_a_latch_does_not_end_the_commanded_path(tmp_path):
+    """Closed form: a latch holds the tip of a printed scissor at its angle; the deviation counts from the reference's end."""
+    case = build.case_of(tmp_path, template("scissor", ["servo", "tip", "latch"]))
+    run = sd.simulate(case.mechanism.ideal(), until=case.run.until, samples=3)
+    assert "locked" in run["event_kind"].values
+    assert json.loads(run.attrs["warnings"]) == []
+    locked, end = (np.array([4.0 * math.cos(angle), 2.0 * math.sin(angle)]) for angle in np.radians([15.45, 15.0]))
+    np.testing.assert_allclose(run["track_position"].values[-1, 0], locked, rtol=1e-8)
+    assert float(run["track_deviation"][-1, 0]) == pytest.approx(np.linalg.norm(locked - end), rel=1e-6)
+    np.testing.assert_allclose(run["deviation_part"].sel(part="servo")[-1, 0], locked - end, rtol=1e-6)
 
 
 def test_errors_of_the_path_are_no_deviation():

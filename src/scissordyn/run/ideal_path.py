@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from scissordyn.equilibrium.cause import describe_failed_latch
 from scissordyn.errors import InputError
 from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
@@ -40,11 +41,14 @@ def ideal_path(
 ) -> IdealPath:
     """Simulate the commanded path and tabulate its tracked points finely enough for quintic interpolation.
 
+    The path has no latches if one of them would have to stop a servo's reference.
+
     `refinement`: refinement factor from one table to the next.
 
     `intervals_max`: intervals of the finest table.
     """
     chosen = make_stages(plan.mechanism)
+    has_servo_drives = chosen[0] is not chosen[1]
     ideal = make_plan(chosen[0])
     accuracy = 1e-10  # [mechanism sizes] table error that ends the refinement
     warned_error = 1e-7  # [mechanism sizes] error above which the table is reported
@@ -57,6 +61,10 @@ def ideal_path(
         path = compute(ideal, smooth, times=times, monitor=False)
         if path.status == "interrupted":  # interrupted before the run itself has started
             raise KeyboardInterrupt
+        if has_servo_drives and describe_failed_latch(ideal, path.system):
+            ideal = make_plan(replace(chosen[0], latches=()))
+            chosen = (ideal.mechanism, *chosen[1:])
+            continue
         outputs = path.record()
         values = np.stack([tracked(ideal, part) for part in (outputs.X, outputs.V, outputs.A)], axis=2)
         table, between = values[::2], values[1::2, :, 0]

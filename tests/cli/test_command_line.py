@@ -15,10 +15,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from tests.process import Duplicate
 
 import scissordyn as sd
 from cli.test_files import PAPER, SHORT
 from scissordyn.casefile.configuration import read_configuration
+from scissordyn.cli import entry
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
 from scissordyn.processor import limit_library_threads
@@ -242,15 +244,23 @@ def test_help_is_shown_when_nothing_is_typed(answer):
     assert all(f" {command} " in shown for command in ("run", "check", "new", "laws"))
 
 
+def run_program(terminal, *words):
+    """Run the program with its arguments, with a terminal for its errors."""
+    if terminal is not None:
+        os.dup2(terminal, 2)
+    sys.argv[1:] = map(str, words)
+    entry.run()
+
+
 def test_a_bar_moves_on_a_terminal_only(folder):
     """Contract: a process on a pseudo-terminal draws a bar on stderr; through a pipe stderr stays empty."""
-    command = [sys.executable, "-m", "scissordyn.cli.main", "run", str(PAPER), *SHORT]
-    piped = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
-    assert piped.stderr == ""
-    assert "1.3651" in piped.stdout
+    with Duplicate(run_program, None, "run", PAPER, *SHORT) as piped:
+        out, err = piped.communicate()
+    assert (piped.returncode, err) == (0, "")
+    assert "1.3651" in out
     ours, theirs = pty.openpty()
     drawn = b""
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=theirs) as process:
+    with Duplicate(run_program, theirs, "run", PAPER, *SHORT) as process:
         os.close(theirs)
         with contextlib.suppress(OSError):  # the far end of a pseudo-terminal closes with an error
             while part := os.read(ours, 4096):
@@ -260,53 +270,55 @@ def test_a_bar_moves_on_a_terminal_only(folder):
     assert b"of 3 ms" in drawn
 
 
-@pytest.mark.parametrize(
-    ("code", "needed", "absent"),
-    [
-        (
-            "from scissordyn.cli.main import *; [app.get_command(None, name) for name in COMMANDS]",
-            "scissordyn.cli.main",
-            "numba numpy scipy xarray pint pydantic matplotlib rich.console",
-        ),
-        (
-            "from scissordyn import simulate, Mechanism, read_case, load",
-            "scissordyn.config.file",
-            "scipy xarray pandas h5py pint matplotlib pydantic scissordyn.collection scissordyn.config.schema",
-        ),
-        ("import scissordyn.plot.report", "matplotlib", "matplotlib.pyplot"),
-        (
-            "import scissordyn.studies.answer.trend, scissordyn.lifetime.life, scissordyn as sd; sd.study, sd.fit, sd.wear",
-            "scissordyn.studies.answer.trend",
-            "scipy.stats matplotlib.pyplot",
-        ),
-        (
-            "import pathlib, scissordyn.explore.page, scissordyn.run.simulate; from scissordyn.explore.case import open_case; "
-            "from scissordyn.plot.canvas import declared_scene; "
-            f"declared_scene(open_case(pathlib.Path({str(PAPER)!r})).mechanism)",
-            "scissordyn.explore.page",
-            "xarray pandas dask pint matplotlib.pyplot",
-        ),
-    ],
-)
-def test_imports_load_what_they_need(code, needed, absent):
+# Programs, a module that each loads, and those that neither it nor the programs before it load
+IMPORTS = [
+    (
+        "from scissordyn.cli.main import *; [app.get_command(None, name) for name in COMMANDS]",
+        "scissordyn.cli.main",
+        "numba numpy scipy xarray pint pydantic matplotlib rich.console",
+    ),
+    (
+        "from scissordyn import simulate, Mechanism, read_case, load",
+        "scissordyn.config.file",
+        "scipy xarray pandas h5py pint matplotlib pydantic scissordyn.collection scissordyn.config.schema",
+    ),
+    (
+        "import pathlib, scissordyn.explore.page, scissordyn.run.simulate; from scissordyn.explore.case import open_case; "
+        "from scissordyn.plot.canvas import declared_scene; "
+        f"declared_scene(open_case(pathlib.Path({str(PAPER)!r})).mechanism)",
+        "scissordyn.explore.page",
+        "xarray pandas dask pint matplotlib.pyplot",
+    ),
+    ("import scissordyn.plot.report", "matplotlib", "matplotlib.pyplot"),
+    (
+        "import scissordyn.studies.answer.trend, scissordyn.lifetime.life, scissordyn as sd; sd.study, sd.fit, sd.wear",
+        "scissordyn.studies.answer.trend",
+        "scipy.stats matplotlib.pyplot",
+    ),
+]
+
+
+def test_imports_load_what_they_need():
     """Contract: helps, `import scissordyn`, pictures and the page in the browser load nothing that they do not need."""
-    script = [sys.executable, "-c", f"import sys; {code}; print(*sys.modules)"]
-    loaded = subprocess.run(script, capture_output=True, text=True, check=True, timeout=60).stdout.split()
-    assert needed in loaded
-    assert not set(absent.split()) & set(loaded)
+    code = "import sys\n" + "\n".join(f"{program}; print(*sys.modules)" for program, _, _ in IMPORTS)
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout
+    for (program, needed, absent), loaded in zip(IMPORTS, map(str.split, printed.splitlines()), strict=True):
+        assert needed in loaded, program
+        assert not set(absent.split()) & set(loaded), program
 
 
-@pytest.mark.parametrize(
-    ("options", "library"),
-    [(["run", *SHORT], ""), (["run", *SHORT, "-o", "run.nc", "--plot", "."], "h5py matplotlib"), (["check"], "")],
-)
-def test_commands_go_without_heavy_libraries(folder, options, library):
+def test_commands_go_without_heavy_libraries(folder):
     """Identity: what is loaded for a few rigid bodies, whose run is shown, and saved and drawn where that is asked for."""
-    code = "import sys; from scissordyn.cli.main import status_of; status_of(sys.argv[1:]); print(*sys.modules)"
-    called = [sys.executable, "-c", code, *options, str(PAPER)]
-    loaded = subprocess.run(called, capture_output=True, text=True, check=True, timeout=300).stdout.split()
-    assert {"h5py", "matplotlib"} & set(loaded) == set(library.split())
-    assert not {"scipy", "xarray", "pandas", "dask", "pint"} & set(loaded)
+    commands = {f"check {PAPER}": "", f"run {PAPER} ": "", f"run {PAPER} -o run.nc --plot . ": "h5py matplotlib"}
+    code = "import sys; from scissordyn.cli.main import status_of\n"
+    for command in commands:
+        options = SHORT if command.endswith(" ") else ()
+        code += f"status_of({[*command.split(), *options]}); print('loaded', *sys.modules)\n"
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300).stdout
+    found = [line.split() for line in printed.splitlines() if line.startswith("loaded ")]
+    for library, loaded in zip(commands.values(), found, strict=True):
+        assert {"h5py", "matplotlib"} & set(loaded) == set(library.split())
+        assert not {"scipy", "xarray", "pandas", "dask", "pint"} & set(loaded)
 
 
 def test_commands_give_linear_algebra_one_thread(monkeypatch):

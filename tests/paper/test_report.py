@@ -14,6 +14,7 @@ from scissordyn import processor
 from scissordyn.cli import paper as command
 from scissordyn.cli.option import EngineOptions
 from scissordyn_paper import controlled, periodic
+from scissordyn_paper import page as picture_files
 from scissordyn_paper import reproduce as module
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DEFAULT, FRICTION, SPEEDS
 from scissordyn_paper.explanation import EXPLANATIONS, STATEMENTS, explanation, summary
@@ -42,7 +43,16 @@ def report(runs, runs_folder, few_periods, remembered):
             patch.setattr(periodic, name, count)
         short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)
         patch.setitem(controlled.MANOEUVRES, "periodic", short)
+        patch.setattr(module, "save_picture", vector_file)
         yield reproduce(runs_folder.parent, engine=1)
+
+
+def vector_file(drawn, folder, name):
+    """Write a picture as SVG for the page, and one of them in all formats."""
+    with pytest.MonkeyPatch.context() as patch:
+        if name != "figure-09":
+            patch.setattr(picture_files, "FORMATS", ("svg",))
+        return picture_files.save_picture(drawn, folder, name)
 
 
 class Outline(HTMLParser):

@@ -137,10 +137,11 @@ def test_duplicates_take_the_place_of_threads(duplicated):
 
 
 @LINUX
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")  # of Python 3.12 about threads of the tests' runner
 def test_batch_in_a_worker_of_multiprocessing():
     """Contract: a daemonic worker, which may not have processes of its own, computes a batch on threads."""
     crank = sd.slider_crank().driven(speed=10.0)
-    with multiprocessing.get_context("spawn").Pool(1) as pool:
+    with multiprocessing.get_context("fork").Pool(1) as pool:
         found = pool.apply(sd.simulate_many, (crank, {"drive.speed": np.linspace(5.0, 9.0, 64)}), {"until": 1e-3, "threads": 2})
     assert set(found["status"].values) == {"complete"}
 

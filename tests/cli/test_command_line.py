@@ -111,6 +111,9 @@ def test_interrupted_runs_keep_what_was_computed(folder, capsys, monkeypatch):
     assert "'part.nc' was interrupted at" in told
     assert "it is computed from its start again; with" in told
     assert "with -o FILE --checkpoint '60 s' a run can go on" in told
+    checkpoint = ["-o", "part.nc", "--checkpoint", "60 s", "--set", "run.rtol=1e-10"]
+    assert status_of(["run", str(PAPER), *checkpoint]) == 130
+    assert capsys.readouterr().err.endswith(": interrupted; the same command continues from there\n")
 
 
 def test_interrupted_before_anything_was_computed(folder, capsys, monkeypatch):

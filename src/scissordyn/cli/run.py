@@ -81,7 +81,9 @@ def run(
     elif not quiet and pictures:
         print(*pictures, sep="\n")
     if status != "complete":
-        print(f"scissordyn: {printable(result.attrs['cause'])}", file=sys.stderr)
+        can_continue = status == "interrupted" and keeper is not None and Path(keeper.path).exists()
+        resumed = "; the same command continues from there" if can_continue else ""
+        print(f"scissordyn: {printable(result.attrs['cause'])}{resumed}", file=sys.stderr)
     return EXIT_STATUSES[status]
 
 

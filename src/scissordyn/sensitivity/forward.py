@@ -43,7 +43,7 @@ The values of Rosenbrock methods are less accurate at contacts, so that more acc
 REPLAY_FAILURES = {
     ANOTHER_MODE: "the repetition of a step in dual numbers has other contacts",
     NO_ROOT: "a contact or stop closes a second time without opening in between",
-    JUMP: "a controller begins to act abruptly after its delay; expected a ramp",
+    JUMP: "a controller begins to act abruptly after its delay; expected a ramp, for example ramp = 0.01",
     UNFINISHED: "the derivatives change too fast within a step",
     FULL: "a controller's delay is longer than the steps that fit into its history",
 }

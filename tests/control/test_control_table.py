@@ -1,6 +1,9 @@
 """[control] in case files, and the catalogue on the command line."""
 
 import dataclasses
+import json
+import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -79,6 +82,21 @@ def test_inertia_that_a_servo_accelerates(tmp_path, answer):
     alone, turned = (float(check(rotor, "ground").split(about)[1].split()[0]) for rotor in (0, 50))
     assert turned == pytest.approx(alone + 50.0, abs=0.1)
     assert about not in check(0, "unit 1/bar 2")
+
+
+def test_inertia_grows_without_bound_towards_a_locking_position(answer):
+    """Closed form: coupler and rocker are in line where 12^2 + 20^2 - 2 * 12 * 20 cos(angle) = (10 + 10)^2."""
+    lengths = {"crank": "120 mm", "coupler": "100 mm", "rocker": "100 mm", "coupler_point": "60, 60 mm"}
+    changes = [text for name, length in lengths.items() for text in ("--set", f"structure.{name}={length}")]
+    four_bar = Path(__file__).parents[2] / "examples" / "four_bar.toml"
+    told = " ".join(answer("check", four_bar, *changes).split())
+    angle = math.degrees(math.acos(0.3))
+    assert f"at the start, without bound towards the locking position at {angle:.6g} deg (ideal joints)." in told
+    inertia = json.loads(answer("check", four_bar, *changes, "--json"))["drive_inertia"]
+    assert (inertia["end"], inertia["largest"]) == (None, None)
+    assert inertia["locked"] == pytest.approx(math.acos(0.3), abs=1e-6)
+    before = " ".join(answer("check", four_bar, *changes, "--set", "run.until=5 ms").split())
+    assert "at the start, 0.02354 kg m^2 at the end, at most 0.02354 kg m^2" in before
 
 
 def test_own_file(tmp_path):

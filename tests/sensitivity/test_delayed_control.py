@@ -105,7 +105,7 @@ def test_a_controller_that_begins_abruptly():
     options = sd.Options(0.6, "as-placed", 2, 1e-9, 1e-9, "dop853")
     name = mechanism.components[-1].name
     run_of(mechanism, options, [f"{name}.controller.gain"])
-    with pytest.raises(sd.ScissordynError, match="begins to act abruptly after its delay; expected a ramp, for example ramp = 0.01"):
+    with pytest.raises(sd.ScissordynError, match=r"abruptly after its delay; expected a ramp, for example ramp = 0\.01"):
         run_of(mechanism, options, [f"{name}.controller.delay"])
 
 

@@ -25,7 +25,8 @@ from scissordyn.equilibrium.statics import rotations, static_peaks
 from scissordyn.errors import InputError, ScissordynError, command
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.closure import check_tables, table_warnings
-from scissordyn.kinematics.path import DriveInertia, drive_inertia, path_of, smooth_peak
+from scissordyn.kinematics.path import DriveInertia, drive_inertia, instants, path_of, smooth_peak
+from scissordyn.kinematics.singular import LOCKING_KIND
 from scissordyn.model.check import loose_bodies
 from scissordyn.model.clearance import hard_numbers
 from scissordyn.model.commanded import commanded, rigid, with_rotors
@@ -177,9 +178,13 @@ def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
     path = path_of(plan(ideal), until) if len(ideal.drives) == 1 else None
     if path is None or path.parameter != "angle":
         return None
-    values = drive_inertia(path)
+    values, drive = drive_inertia(path), ideal.drives[0].body
     first, last = (int(np.argmin(np.abs(path.place - path.closure.inputs.at(time)[0]))) for time in (0.0, until))
-    return DriveInertia(ideal.drives[0].body, float(values[first]), float(values[last]), float(np.nanmax(values)))
+    locks = [position.place for position in path.singular if position.kind == LOCKING_KIND]
+    met = [(time, place) for place in locks for time in instants(path, until, place)]
+    if met:
+        return DriveInertia(drive, float(values[first]), math.inf, math.inf, min(met)[1])
+    return DriveInertia(drive, float(values[first]), float(values[last]), float(np.nanmax(values)))
 
 
 def _in_words(motion: TimeFunction, unit: str = "rad") -> str:

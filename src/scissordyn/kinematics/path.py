@@ -211,15 +211,21 @@ class DriveInertia:
 
     drive: str  # The driven body
     start: float  # Inertia at the start of the motion [kg m^2]
-    end: float  # Inertia at the end [kg m^2]
+    end: float  # Inertia at the end [kg m^2]; infinite if the drive meets a locking position
     largest: float  # Largest inertia of the motion [kg m^2]
+    locked: float | None = None  # Angle of the drive at its first locking position [rad], if it meets one
 
     def plain(self) -> dict[str, Any]:
-        """Return the fields by name, for a JSON text."""
-        return asdict(self)
+        """Return the fields by name, for a JSON text; None if an inertia is infinite or not determined."""
+        return {name: None if value in (math.inf, None) or value != value else value for name, value in asdict(self).items()}
 
     def __str__(self) -> str:
-        start, end, largest = (f"{value:.4g} kg m^2" for value in (self.start, self.end, self.largest))
+        start, end, largest = (
+            f"{value:.4g} kg m^2" if math.isfinite(value) else "not determined"
+            for value in (self.start, self.end, self.largest)
+        )
+        if self.locked is not None:
+            return f"{start} at the start, without bound towards the locking position at {math.degrees(self.locked):.6g} deg"
         return f"{start} at the start, {end} at the end, at most {largest}"
 
 

@@ -323,7 +323,7 @@ def test_pictures_of_a_study():
     tried = xr.Dataset(
         {
             "minimise a": ("point", [1.0, 2.0, 3.0], {"units": "N"}),
-            "maximise b": ("point", [-1.0, -2.0, -1.5], {"units": "N"}),
+            "maximise b": ("point", [1.0, 2.0, 1.5], {"units": "N"}),
             "violation": ("point", [0.0, 0.0, 0.0]),
             "front": ("point", [True, True, False]),
         }
@@ -334,9 +334,9 @@ def test_pictures_of_a_study():
     confirmed = pd.DataFrame(
         {
             "minimise a": [1.0, 2.0, 3.0],
-            "maximise b": [-1.0, -2.0, -1.5],
+            "maximise b": [1.0, 2.0, 1.5],
             "accurate minimise a": [1.1, 2.2, np.nan],
-            "accurate maximise b": [-0.9, -1.8, np.nan],
+            "accurate maximise b": [0.9, 1.8, np.nan],
             "accurate violation": [0.0, 0.1, np.inf],
         }
     )

@@ -243,6 +243,7 @@ def test_search(found, tmp_path):
     tried = np.stack([-both.points["A.clearance"].values, both.points["drive.speed"].values], axis=1)
     met = (both.dataset["peak_force"].max("joint").values.reshape(8, 2).mean(axis=1) < BOUND).tolist()
     beaten = [any(np.all(other <= one) and np.any(other < one) for k, other in enumerate(tried) if met[k]) for one in tried]
+    np.testing.assert_array_equal(both.front["maximise A.clearance"], both.front["A.clearance"])
     assert both.front.index.tolist() == [k for k in range(8) if met[k] and not beaten[k]]
     assert len(both.plot.front()) == 1
     with pytest.raises(sd.InputError, match=r"the best point for 2 goals.*for example result\.front"):

@@ -418,9 +418,8 @@ def pareto_front(
 ) -> list[Axes]:
     """Draw all evaluated points, and the Pareto front of points that no other point beats in both goals."""
     (panel,) = drawn = panels(axes, 1, size=(5.0, 3.8))
-    signs = [-1.0 if goal.startswith("maximise") else 1.0 for goal in goals]
     scales = [scale_of(tried[goal]) for goal in goals]
-    shown = [sign * scale.factor for sign, scale in zip(signs, scales, strict=True)]
+    shown = [scale.factor for scale in scales]
     x, y = (tried[goal].values * factor for goal, factor in zip(goals, shown, strict=True))
     meets, front = tried["violation"].values <= 0.0, tried["front"].values
     if not meets.all():

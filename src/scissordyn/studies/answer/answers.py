@@ -233,8 +233,9 @@ class Answers:
         else:
             points, place = self.optimum.points, self.optimum.best
             if len(self.study.goals) == 1 and self.verified is not None:
-                order = ["accurate violation", f"accurate {self.study.goals[0].label}"]
-                place = int(self.confirmed.sort_values(order).index[0])
+                (goal,) = self.study.goals
+                order = ["accurate violation", f"accurate {goal.label}"]
+                place = int(self.confirmed.sort_values(order, ascending=[True, not goal.maximise]).index[0])
         if place < 0:
             if len(self.study.goals) == 1:
                 raise InputError("no point has a value of the goal and of all requirements", "other ranges", "result.causes")

@@ -83,10 +83,10 @@ def _confirmed_table(answers: Answers, cost: str) -> Section:
     for goal in goals:
         head += [f"{scales[goal.label].label(goal.label)}, cheap", "accurate"]
     rows = []
-    for point, row in table.sort_values(f"accurate {goals[0].label}").iterrows():
+    for point, row in table.sort_values(f"accurate {goals[0].label}", ascending=not goals[0].maximise).iterrows():
         cells = [str(point), *(scales[name].cells(row[name])[0] for name in names)]
         for goal in goals:
-            cells += scales[goal.label].cells(*(goal.sign * row[key] for key in (goal.label, f"accurate {goal.label}")))
+            cells += scales[goal.label].cells(*(row[key] for key in (goal.label, f"accurate {goal.label}")))
         violated = row["accurate violation"]
         met = "met" if violated <= 0.0 else "failed" if not np.isfinite(violated) else f"violated by {violated:.1%}"
         rows.append((*cells, met, "yes" if row["front"] else "no"))

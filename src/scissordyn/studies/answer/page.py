@@ -184,9 +184,9 @@ def best_points(answers: Answers, most: int) -> Section:
     search, best, tried = answers.study.optimisation, answers.optimum.best, answers.optimum.points
     assert search is not None
     rows = np.flatnonzero(tried["front"].values) if best < 0 else np.array([best])
-    signs = {**dict.fromkeys(answers.study.paths, 1.0), **{goal.label: goal.sign for goal in search.goals}}
-    scales = {name: scale_of(tried[name].isel(point=rows)) for name in signs}
-    columns = [scales[name].cells(*(sign * tried[name].values[rows[:most]]), digits=4) for name, sign in signs.items()]
+    names = (*answers.study.paths, *(goal.label for goal in search.goals))
+    scales = {name: scale_of(tried[name].isel(point=rows)) for name in names}
+    columns = [scale.cells(*tried[name].values[rows[:most]], digits=4) for name, scale in scales.items()]
     shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]
     notes = [f"{counted(tried.sizes['point'], 'point')} tried; measure of risk: {search.risk}."]
     notes += _about_search(answers.store.search()) if search.method == "gradient" else []

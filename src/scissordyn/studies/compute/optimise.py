@@ -136,7 +136,7 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
         results = store.results().isel(case=slice(0, points.shape[0] * study.per_point))
         _check_points(results, study, points, store)
         tried = candidates(extended, results).points.isel(point=slice(-width, None))
-        goals = np.stack([tried[goal.label].values for goal in plan.goals], axis=1)
+        goals = np.stack([goal.sign * tried[goal.label].values for goal in plan.goals], axis=1)
         if descent is not None:
             descent.tell(proposed[0], float(goals[0, 0]), margins(extended, results)[-1])
         elif method is not None:
@@ -176,7 +176,7 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
         unit = about_number(study, results, goal.measure) if chosen else {"units": response_unit(results, goal.response)}
         label = goal.measure if chosen else response_label(results, goal.response)
         about = {**unit, "long_name": f"{plan.risk} of {goal.response.name}", "label": label}
-        variables[goal.label] = ("point", values, about)
+        variables[goal.label] = ("point", goal.sign * values, about)
     complete = np.asarray(study.cells(results["status"].values == COMPLETE).all(axis=(1, 2)))
     front, usable = np.zeros(len(complete), bool), complete & (violation <= 0.0)
     front[usable] = nondominated(matrix[usable])
@@ -193,7 +193,7 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
 
 
 def risks_and_violations(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return the risk of each goal, shape (points, goals), and the violation of the requirements, shape (points,).
+    """Return the risk of each goal to minimise, shape (points, goals), and the violation of the requirements, shape (points,).
 
     Points with failed cases have NaN as risk and an infinite violation.
     """

@@ -1,5 +1,6 @@
 """Kernels: what runs where."""
 
+import importlib.util
 import os
 from typing import NamedTuple
 
@@ -10,7 +11,9 @@ import scissordyn as sd
 from scissordyn import kernel
 from scissordyn.compiler.c import compile_library
 from scissordyn.kernel import F2, I1, Handle, Template
+from scissordyn.laws.evaluate import elastic_force
 from scissordyn.mechanics.functions import rate
+from scissordyn.plugin.element import pointers, row_of
 
 
 def test_arrays_are_checked_before_they_are_handed_on():
@@ -27,6 +30,17 @@ def test_a_function_from_a_prompt_runs_in_python():
     law = sd.element(slot="stiffness")(scope["spring"])()
     loose = sd.scissor().with_clearance("A", sd.Clearance(5e-4, stiffness=law)).driven(speed=15.0)
     assert sd.simulate(loose, until=2e-3).attrs["status"] == "complete"
+
+
+def test_a_kernel_that_the_library_lacks_is_compiled(tmp_path):
+    """Contract: a law in a new file of the package works before the library is built again."""
+    file = tmp_path / "newest.py"
+    file.write_text("def spring(indentation):\n    return 1e9 * indentation\n", encoding="utf-8")
+    found = importlib.util.spec_from_file_location("scissordyn.laws.elastic.newest", file)
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    law = sd.element(slot="stiffness")(module.spring)()
+    assert elastic_force(pointers(law)["force"], 2e-6, row_of(law)) == 1e9 * 2e-6
 
 
 class Pair(NamedTuple):

@@ -50,13 +50,15 @@ def arguments_of(kernel: Kernel) -> tuple[str, ...]:
 
 @cache
 def pointer_of(recipe: Recipe) -> int:
-    """Return the pointer to the machine code of a kernel; compile the kernel if it is user-defined."""
+    """Return the pointer to the machine code of a kernel; compile a kernel that the library does not have."""
     if PYTHON:
         pointer = len(CALLED) + 1
         CALLED[pointer] = recipe.python()
     else:
         ours = str(recipe.function.__module__).startswith("scissordyn.")
-        function = getattr(library(), recipe.symbol) if ours else _compiled(recipe)
+        function = getattr(library(), recipe.symbol, None) if ours else None
+        if function is None:
+            function = _compiled(recipe)
         pointer = ctypes.cast(function, ctypes.c_void_p).value or 0
     RECIPES[pointer] = recipe
     return pointer

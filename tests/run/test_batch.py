@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import threading
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,12 @@ def arm(**clearance: Any) -> sd.Mechanism:
     """Return the paper's array with a clearance at joint A and a tracked point."""
     loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
     return loose.track("tip", "unit 2/bar 1", "end", 1e-3)
+
+
+def test_page_of_measures():
+    """Contract: docs/measures.md has every measure."""
+    page = (Path(__file__).parents[2] / "docs" / "measures.md").read_text(encoding="utf-8")
+    assert not [name for name in MEASURES if f"`{name}`" not in page]
 
 
 # Values of the varied parameters, in SI units, by path

@@ -12,7 +12,7 @@ from scissordyn_paper.cases import CONTROLLED, SPEEDS, Choice, PaperCase, three_
 from scissordyn_paper.verdict import Finding
 
 VISIBLE_FRACTION = 0.01  # Smallest visible difference as a fraction of a curve's range: a line's width in a printed figure
-QUARTER_ARC_MAX = 99.0  # "About a quarter" of the bearing: 90 deg and a tenth of it
+QUARTER_ARC_MAX = 99.0  # [deg] largest contact arc that counts as "about a quarter" of the bearing: 90 deg plus 10 %
 
 OSCILLATING = {
     "slider_velocity": ("slider velocity", "m/s"),

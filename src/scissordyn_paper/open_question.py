@@ -180,7 +180,7 @@ def _every_case() -> tuple[OpenCase, ...]:
     return tuple(dict.fromkeys(cases))
 
 
-OPEN_CASES = _every_case()
+OPEN_CASES = _every_case()  # All runs that answer the open question, each once
 
 LONGEST_FIRST = tuple(sorted(OPEN_CASES, key=lambda case: (case.bars == "rigid", case.manoeuvre, case.member)))
 

@@ -211,7 +211,7 @@ def judge(block: Block) -> xr.Dataset:
 
 
 def _numbers(answer: Sequence[Finding]) -> dict[str, float]:
-    """Return the numbers of all findings, by the key of the check and the name of the number."""
+    """Return the values of all findings; a name is the key of the check and the name of the value, "1a NAME"."""
     return {
         f"{check.key} {name}": float(value)
         for check, finding in zip(CHECKS, answer, strict=True)

@@ -32,7 +32,7 @@ from scissordyn_paper.statements import CHECKS
 
 TITLE = "The paper with other parameters"  # Title of the page
 
-STATEMENT_ODDS = 3.0  # Ratio of the likelihoods of two parameter sets, one of which agrees with one check more
+STATEMENT_ODDS = 3.0  # Factor on the likelihood of a parameter set for each check that agrees
 
 CAPTIONS = {
     "checks": "Left: fraction of the quasi-random sets for which each check agrees; the circle is the set chosen before, the "

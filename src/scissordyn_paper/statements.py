@@ -40,7 +40,8 @@ _CONTINUOUS, _INTERRUPTED = every(operator.ge, CONTINUOUS_FRACTION), every(opera
 _BY_SIZE, _BY_FRICTION = clearances(*SIZES), frictions(*FRICTION)
 # Strokes with the three largest of six clearances, with the three smallest, and with all but the smallest
 _LARGE, _SMALL, _BUT_SMALLEST = (clearances(*sizes) for sizes in (CLEARANCES[:3], CLEARANCES[3:], CLEARANCES[:5]))
-_FLYING = clearances(0.7e-3, 0.6e-3, 0.5e-3, 0.3e-3)
+# Strokes with the four clearances at which the paper reports frequent free flight
+_FREE_FLIGHT = clearances(0.7e-3, 0.6e-3, 0.5e-3, 0.3e-3)
 _SCATTER = (
     "a single stroke is not periodic, so period and quasi-period are not defined; the paper's picture of velocity and "
     "acceleration shows the scatter of the points about a line, here the ideal curve (root mean square, relative)"
@@ -157,10 +158,10 @@ CHECKS = (
         "At 0.7, 0.6, 0.5 and 0.3 mm free flight is frequent.",
         f"in contact less than {percent(CONTINUOUS_FRACTION)} of the time after {_SETTLED}, at each of them",
         "the opposite of continuous contact by the same threshold",
-        criterion_for_values(_FLYING, criteria.SETTLED, _INTERRUPTED),
+        criterion_for_values(_FREE_FLIGHT, criteria.SETTLED, _INTERRUPTED),
         Periodically(
             f"in contact less than {percent(CONTINUOUS_FRACTION)} of the time, at each of them",
-            criterion_for_values(_FLYING, criteria.PERIODIC_FRACTION, _INTERRUPTED),
+            criterion_for_values(_FREE_FLIGHT, criteria.PERIODIC_FRACTION, _INTERRUPTED),
         ),
     ),
     Check(

@@ -159,5 +159,5 @@ def test_what_is_refused(case, folder, refused):
 def test_pictures_of_other_datasets():
     run = xr.Dataset(attrs={"title": "scissordyn run"})
     for picture in (profile, history):
-        with pytest.raises(sd.InputError, match="a picture of wear of a 'scissordyn run'"):
+        with pytest.raises(sd.InputError, match="cannot draw wear from a 'scissordyn run'"):
             picture(run)

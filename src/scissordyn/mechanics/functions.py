@@ -1,4 +1,4 @@
-"""Functions of the mechanics that integrators call with the address of a `System`, under the names of the loop."""
+"""Entries of the mechanics that the time loop calls with the address of a `System`: rates, step matrices, guards, contacts."""
 
 from __future__ import annotations
 

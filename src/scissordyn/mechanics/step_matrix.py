@@ -18,7 +18,7 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_bend, part_curvature, part_slope
 
 PIVOT_MIN = 0.1
-"""Smallest pivot of an eliminated state, in units of 1/hg; for a faster growing state the step must be repeated, smaller."""
+"""Smallest pivot of an eliminated internal state, times hg (step size times gamma); below it the step is repeated, shorter."""
 
 
 @kernel

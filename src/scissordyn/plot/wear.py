@@ -42,7 +42,7 @@ PART_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)  # Colours of joint
 def _check(run: xr.Dataset) -> None:
     """Raise `InputError` for a Dataset that is not a result of `wear`."""
     if run.attrs.get("title") != "scissordyn wear":
-        raise InputError(f"a picture of wear of a '{run.attrs.get('title')}'", "a result of wear()", "sd.wear(mechanism, ...)")
+        raise InputError(f"cannot draw wear from a '{run.attrs.get('title')}'", "a result of wear()", "sd.wear(mechanism, ...)")
 
 
 def _chosen(run: xr.Dataset, joint: str | None) -> str:

@@ -32,7 +32,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
 # Strokes of symbols about the pivot [symbol sizes]: circle with the letter M, section of a tape spring, arrow head, latch
 _MOTOR = (arc(1.0, 0.0, 360.0, 37), np.array([[-0.4, -0.4], [-0.4, 0.4], [0.0, -0.1], [0.4, 0.4], [0.4, -0.4]]))
 _TAPE = np.concatenate([arc(0.8, -60.0, 60.0), arc(1.15, 60.0, -60.0), arc(0.8, -60.0, -59.0, 2)[:1]])
-_BARB = np.array([[-1.0, 0.85], arc(1.0, 135.0, 135.0, 1)[0], [-0.45, 1.15]])
+_ARROW_HEAD = np.array([[-1.0, 0.85], arc(1.0, 135.0, 135.0, 1)[0], [-0.45, 1.15]])
 _HOOK = np.array([[0.3, -1.3], [1.2, -1.3], [1.2, -0.5], [0.85, -0.5], [0.85, -0.95], [0.3, -0.95], [0.3, -1.3]])
 
 # Attachment between two bodies, by their relative angle
@@ -51,7 +51,7 @@ HINGE = Port(
         "hinge": (SQUARE,),
         "spiral": (spiral(),),
         "tape": (_TAPE,),
-        "arc": (arc(1.0, -135.0, 135.0), _BARB),
+        "arc": (arc(1.0, -135.0, 135.0), _ARROW_HEAD),
         "motor": _MOTOR,
         "stop": hatched(np.array([0.35, 0.75]), np.array([0.7, 1.5]), np.array([-0.35, -0.1]), 4),
         "latch": (_HOOK, arc(0.55, -90.0, 0.0, 9)),

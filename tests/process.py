@@ -11,6 +11,15 @@ import threading
 import traceback
 import warnings
 from contextlib import suppress
+from tempfile import TemporaryFile
+
+from scissordyn.cli import entry
+
+
+def run_program(*words):
+    """Run the program with its arguments, and end the process."""
+    sys.argv[1:] = map(str, words)
+    entry.run()
 
 
 class Duplicate:
@@ -20,16 +29,16 @@ class Duplicate:
     """
 
     def __init__(self, function, *arguments):
-        pipes = os.pipe(), os.pipe()
+        reading, writing = os.pipe()
         self.returncode, self.said = None, ("", "")
-        self.stdout, self.stderr = (os.fdopen(reading) for reading, _ in pipes)
+        # a pipe could fill while only the output is read
+        self.stdout, self.stderr = os.fdopen(reading), TemporaryFile("w+")  # noqa: SIM115
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # of Python 3.12 about waiting threads of the tests' runner
             self.pid = os.fork()
         if not self.pid:
-            _run(function, arguments, [writing for _, writing in pipes])
-        for _, writing in pipes:
-            os.close(writing)
+            _run(function, arguments, (writing, self.stderr.fileno()))
+        os.close(writing)
 
     def __enter__(self):
         return self
@@ -59,8 +68,10 @@ class Duplicate:
             limit = threading.Timer(timeout, os.kill, (self.pid, signal.SIGKILL))
             limit.start()
             with self.stdout, self.stderr:
-                self.said = self.stdout.read(), self.stderr.read()
-            self.poll(options=0)
+                out = self.stdout.read()
+                self.poll(options=0)
+                self.stderr.seek(0)
+                self.said = out, self.stderr.read()
             limit.cancel()
         return self.said
 

@@ -15,12 +15,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from tests.process import Duplicate
+from tests.process import Duplicate, run_program
 
 import scissordyn as sd
 from cli.test_files import PAPER, SHORT
 from scissordyn.casefile.configuration import read_configuration
-from scissordyn.cli import entry
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
 from scissordyn.processor import limit_library_threads
@@ -247,23 +246,22 @@ def test_help_is_shown_when_nothing_is_typed(answer):
     assert all(f" {command} " in shown for command in ("run", "check", "new", "laws"))
 
 
-def run_program(terminal, *words):
+def run_on_terminal(terminal, *words):
     """Run the program with its arguments, with a terminal for its errors."""
-    if terminal is not None:
-        os.dup2(terminal, 2)
-    sys.argv[1:] = map(str, words)
-    entry.run()
+    os.dup2(terminal, 2)
+    sys.stderr = os.fdopen(2, "w", closefd=False)
+    run_program(*words)
 
 
 def test_a_bar_moves_on_a_terminal_only(folder):
     """Contract: a process on a pseudo-terminal draws a bar on stderr; through a pipe stderr stays empty."""
-    with Duplicate(run_program, None, "run", PAPER, *SHORT) as piped:
+    with Duplicate(run_program, "run", PAPER, *SHORT) as piped:
         out, err = piped.communicate()
     assert (piped.returncode, err) == (0, "")
     assert "1.3651" in out
     ours, theirs = pty.openpty()
     drawn = b""
-    with Duplicate(run_program, theirs, "run", PAPER, *SHORT) as process:
+    with Duplicate(run_on_terminal, theirs, "run", PAPER, *SHORT) as process:
         os.close(theirs)
         with contextlib.suppress(OSError):  # the far end of a pseudo-terminal closes with an error
             while part := os.read(ours, 4096):

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from tests.process import Duplicate
+from tests.process import Duplicate, run_program
 
 import scissordyn as sd
 from scissordyn.cli import entry
@@ -86,12 +86,6 @@ def says(process, text):
     assert process.stdout is not None
     assert select.select([process.stdout], [], [], 300.0)[0]
     assert process.stdout.readline() == text
-
-
-def run_program(*words):
-    """Run the program with its arguments."""
-    sys.argv[1:] = map(str, words)
-    entry.run()
 
 
 def run_and_announce(*words):

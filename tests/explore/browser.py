@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 from contextlib import contextmanager
 from pathlib import Path
 from signal import SIGINT
-from tempfile import TemporaryFile
+
+from tests.process import Duplicate, run_program
 
 CASE = """
 [structure]
@@ -50,26 +49,18 @@ def missing():
 @contextmanager
 def served(case, *options):
     """Serve the page of a case by the command until the end of the block; yield its address."""
-    command = [sys.executable, "-m", "scissordyn.cli.main", "explore", str(case), "--no-browser", *options]
-    with TemporaryFile("w+") as errors:  # a pipe would be full of what the library logs of nonsense
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
-        assert process.stdout is not None
-        try:
-            line = process.stdout.readline()
-            yield line.split()[0] if line.startswith("http://127.0.0.1:") else ""
-            tasks = Path(f"/proc/{process.pid}/task")
-            assert not tasks.exists() or len(list(tasks.iterdir())) < MOST_THREADS
-        finally:
-            process.send_signal(SIGINT)
-            try:
-                process.communicate(timeout=10)
-            finally:  # Ctrl-C that does not end the server is an error
-                process.kill()
-            errors.seek(0)
-            said = errors.read()
-        assert process.returncode == 130, said
-        # a page that is closed in the middle of a run is none of the explorer's faults
-        assert "scissordyn/" not in said, said
+    process = Duplicate(run_program, "explore", case, "--no-browser", *options)
+    try:
+        line = process.stdout.readline()
+        yield line.split()[0] if line.startswith("http://127.0.0.1:") else ""
+        tasks = Path(f"/proc/{process.pid}/task")
+        assert not tasks.exists() or len(list(tasks.iterdir())) < MOST_THREADS
+    finally:
+        process.send_signal(SIGINT)
+        _, said = process.communicate(timeout=10)
+    assert process.returncode == 130, said  # minus a signal if Ctrl-C does not end the server
+    # a page that is closed in the middle of a run is none of the explorer's faults
+    assert "scissordyn/" not in said, said
 
 
 @contextmanager

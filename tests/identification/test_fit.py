@@ -245,3 +245,13 @@ def test_segments_of_a_driven_mechanism_are_refused(arm):
     """Bad input: a segment cannot start amid a prescribed motion."""
     with pytest.raises(sd.InputError, match="the drive of 'arm'"):
         sd.fit(arm.mechanism.driven(speed=1.0, body="arm"), record(), ["gravity"], segment=1.0)
+
+
+def test_an_interval_ends_at_the_least_possible_value(arm):
+    """Contract: the interval of a damping that is hardly larger than its error ends at zero, and a warning says so."""
+    one = sd.fit(arm, record(inertia=0.0009, damping=0.0001, noise=0.2), ["pivot.damping"]).isel(parameter=0)
+    value, low, high = (float(one[name]) for name in ("value", "low", "high"))
+    assert 0.0 == low < value < high
+    assert high > 2.0 * value
+    said = "the interval of 'pivot.damping' ends at 0 N m s/rad, its least value: it is asymmetric"
+    assert said in json.loads(one.attrs["warnings"])

@@ -261,7 +261,8 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
     def of_parameters(numbers: Any, about: str) -> tuple[str, Any, dict[str, str]]:
         return "parameter", numbers, {"long_name": about}
 
-    warnings = _warnings(problem, failure, errors, values, residual)
+    (low, high), at_limits = _intervals(problem, errors, values)
+    warnings = _warnings(problem, failure, errors, values, residual) + at_limits
     data = xr.Dataset(
         {
             "value": of_parameters(values, "fitted value, in the unit of the parameter"),
@@ -269,12 +270,8 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
             "standard_error": of_parameters(
                 errors.error, "standard error; infinite if the data do not determine the parameter"
             ),
-            "low": of_parameters(
-                values - errors.half_width, f"lower end of the interval with probability {CONFIDENCE_LEVEL:g}"
-            ),
-            "high": of_parameters(
-                values + errors.half_width, f"upper end of the interval with probability {CONFIDENCE_LEVEL:g}"
-            ),
+            "low": of_parameters(low, f"lower end of the interval with probability {CONFIDENCE_LEVEL:g}"),
+            "high": of_parameters(high, f"upper end of the interval with probability {CONFIDENCE_LEVEL:g}"),
             "lower_bound": of_parameters([parameter.low for parameter in problem.free], "lower bound of the search"),
             "upper_bound": of_parameters([parameter.high for parameter in problem.free], "upper bound of the search"),
             "unit": of_parameters(np.array([parameter.unit for parameter in problem.free], dtype=str), "unit"),
@@ -298,6 +295,20 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
         "warnings": json.dumps(warnings),
     }
     return data
+
+
+def _intervals(problem: Problem, errors: Uncertainty, values: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Return the ends of the intervals within the possible values, shape (2, p), and warnings of ends that are such a limit."""
+    ends = np.array([values - errors.half_width, values + errors.half_width])
+    limits = np.array([[parameter.least, parameter.most] for parameter in problem.free]).T
+    cut = np.isfinite(ends) & (np.clip(ends, *limits) != ends)
+    warnings = [
+        f"the interval of '{parameter.path}' ends at {limits[side, k]:g} {parameter.unit}, its {name} value: it is asymmetric"
+        for k, parameter in enumerate(problem.free)
+        for side, name in enumerate(("least", "largest"))
+        if cut[side, k]
+    ]
+    return np.where(cut, limits, ends), warnings
 
 
 def _warnings(

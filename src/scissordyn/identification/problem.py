@@ -86,6 +86,8 @@ class Free:
     mean: float  # Value of the parameter by an independent measurement, such as weighing
     deviation: float  # Standard deviation of `mean`; infinite without an independent measurement
     places: Sequence[Place]  # Attributes of the mechanism that `path` names, from `find`
+    least: float  # Least value that the mechanism may have; intervals end there
+    most: float  # Largest value that the mechanism may have
 
 
 def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | None = None) -> Free:
@@ -95,14 +97,15 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
     assert quantity is not None, "number() gives one with a unit"
     low = max((bound for bound in (quantity.minimum, quantity.above) if bound is not None), default=-math.inf)
     high = min((bound for bound in (quantity.maximum, quantity.below) if bound is not None), default=math.inf)
+    least, most = low, high
     mean, deviation, scale = value, math.inf, abs(value)
     if isinstance(variation, Interval):
         low, high = max(low, variation.low), min(high, variation.high)
         scale = scale or high - low
     elif isinstance(variation, Distribution) and variation.name in ("norm", "truncnorm"):
-        arguments, (least, most) = dict(variation.arguments), variation.ends
+        arguments, (lowest, highest) = dict(variation.arguments), variation.ends
         mean, deviation = arguments["loc"], arguments["scale"]
-        low, high = max(low, least), min(high, most)
+        low, high = max(low, lowest), min(high, highest)
         value, scale = mean, abs(mean) or deviation
     elif variation is not None:
         raise InputError(
@@ -120,7 +123,7 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
         raise InputError(
             f"'{parameter}' starts at {value:g}, outside its range from {low:g} to {high:g}", "a range around its value"
         )
-    return Free(parameter, quantity.unit, value, scale, low, high, mean, deviation, find(mechanism, parameter))
+    return Free(parameter, quantity.unit, value, scale, low, high, mean, deviation, find(mechanism, parameter), least, most)
 
 
 @dataclass(frozen=True)

@@ -238,6 +238,9 @@ ORPHAN = ("---", "orphan: true", "---", "")
 MEMBERS = ("Mechanism", "RunAccessor", "StudyPictures", "StudyResult")
 """Classes whose methods are listed."""
 
+ALL_MEMBERS = ("   :members:", "   :inherited-members:")
+"""Options of `autoclass` that list the methods of a class and of those that it extends."""
+
 
 def groups() -> dict[str, tuple[str, ...]]:
     """All public names by heading."""
@@ -343,7 +346,7 @@ def api_page(heading: str, names: tuple[str, ...]) -> str:
         kind = "autoclass" if inspect.isclass(value) else "autofunction" if routine else "autodata"
         lines += [f".. {kind}:: {name}"]
         if kind == "autoclass":
-            lines += ["   :members:"] if name in MEMBERS else []
+            lines += ALL_MEMBERS if name in MEMBERS else []
         lines.append("")
     return "\n".join([*lines, "```", ""])
 
@@ -356,7 +359,7 @@ def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
         lines += [f"## scissordyn.{module}", "", "```{eval-rst}", f".. currentmodule:: scissordyn.{module}", ""]
         for name in names:
             kind = "autoclass" if inspect.isclass(getattr(found, name)) else "autofunction"
-            lines += [f".. {kind}:: {name}", *(["   :members:", "   :inherited-members:"] if name in MEMBERS else []), ""]
+            lines += [f".. {kind}:: {name}", *(ALL_MEMBERS if name in MEMBERS else []), ""]
         lines += ["```", ""]
     return "\n".join(lines)
 

@@ -161,6 +161,23 @@ def test_root_mean_square_of_a_torque_with_impacts(tmp_path, capsys):
     assert printed == pytest.approx(float(np.sqrt(np.mean(run["drive_torque"].values ** 2))), rel=1e-3)
 
 
+def test_command_names_the_fall_of_the_journals(tmp_path, capsys):
+    """Limit: of a slow move the largest torque is that of the fall at the start; from then on it is near the ideal torque."""
+    case = tmp_path / "case.toml"
+    slow = 'cycloidal = { start = "60 deg", end = "15 deg", duration = "20 s" }'
+    case.write_text(CASE.replace('speed = "150 rpm"', slow).replace('until = "5 ms"', 'until = "0.5 s"'))
+    assert command(case) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    largest, later = (float(told.split(words)[1].split()[0]) for words in ("largest torque", "from then on at most"))
+    ideal = sd.simulate(sd.read_case(case).mechanism.ideal(), until=0.5, samples=51)
+    static = float(ideal["peak_drive_torque"].item())
+    assert largest > 10.0 * static
+    assert 0.99 * static < later < 2.0 * static
+    case.write_text(f'{case.read_text()}start = "in-contact"\n')
+    assert command(case) == 0
+    assert "journals fall" not in capsys.readouterr().out
+
+
 def test_command_refuses_a_case_without_a_torque(tmp_path, capsys, monkeypatch):
     """Contract: a jack, or nothing that drives, is refused before the run, in terms of the case file."""
     monkeypatch.setattr("scissordyn.run.simulate.simulate", None)

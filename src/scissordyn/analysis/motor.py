@@ -198,6 +198,21 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     )
 
 
+def end_of_fall(run: xr.Dataset) -> float:
+    """Return the instant [s] until which journals fall from the centres of their bearings and bounce; 0 if it is not known.
+
+    It is the start of a contact that lasts longer than everything before it, of the last joint that has one.
+    """
+    options = read_configuration(run).options
+    if options is None or options.start != "concentric":
+        return 0.0
+    joint, start = run["contact_joint"].values, run["contact_start"].values
+    duration = np.where(np.isnan(run["contact_duration"].values), run.attrs["end"] - start, run["contact_duration"].values)
+    lasting = start[duration > start]
+    settled = {name: lasting[joint[duration > start] == name] for name in clearance_joints(run)}
+    return max((float(starts[0]) if starts.size else 0.0 for starts in settled.values()), default=0.0)
+
+
 @checked
 def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) -> xr.Dataset:
     """Compute figures of merit of a driven or controlled mechanism: contact, torque, energy, and errors of the motion.

@@ -278,7 +278,7 @@ def motor(
     plot: Annotated[Path | None, Option(help="Draw torque over speed into this file.")] = None,
     change: Changes = None,
 ) -> int:
-    from scissordyn.analysis.motor import torque_over_speed
+    from scissordyn.analysis.motor import end_of_fall, torque_over_speed
     from scissordyn.cli.show import warning_texts
     from scissordyn.config.file import read_case
     from scissordyn.config.study import read_motor
@@ -294,7 +294,7 @@ def motor(
     options = read.run.equally_spaced if plot is None else read.run
     done = simulate(read.mechanism, **{**options.keywords, "trust": False})
     needed, status = torque_over_speed(done, of), done.attrs["status"]
-    _print_needed(needed, curve if status == "complete" else None)
+    _print_needed(needed, curve if status == "complete" else None, end_of_fall(done))
     say(*warning_texts(done, read.mechanism))
     if status != "complete":
         print(f"scissordyn: {printable(done.attrs['cause'])}", file=sys.stderr)
@@ -313,13 +313,21 @@ def motor(
     return EXIT_STATUSES[status]
 
 
-def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
+def _print_needed(needed: xr.Dataset, curve: MotorCurve | None, fall: float) -> None:
+    """Print torque, speed and power; `fall` is the instant [s] until which journals fall and bounce."""
     import numpy as np
 
     torque, speed, power, time = (needed[name].values for name in ("torque", "speed", "power", "time"))
     k = int(np.argmax(np.abs(torque)))
     print(f"Torque of {printable(needed.attrs['of'])} on '{printable(needed.attrs['body'])}', from 0 to {time[-1]:g} s:")
     print(f"  largest torque {abs(torque[k]):.4g} N m at {abs(speed[k]) / rpm(1.0):.4g} rpm, at {time[k]:.4g} s")
+    if time[k] < fall < time[-1]:
+        after = np.flatnonzero(time >= fall)
+        later = after[np.argmax(np.abs(torque[after]))]
+        say(
+            f"  Until {fall:.4g} s journals fall from the centres of their bearings and bounce; from then on at most "
+            f'{abs(torque[later]):.4g} N m, at {time[later]:.4g} s. start = "in-contact" leaves the fall out.'
+        )
     print(f"  root mean square {needed['root_mean_square'].item():.4g} N m")
     fastest, strongest = np.max(np.abs(speed)) / rpm(1.0), np.max(np.abs(power))
     print(f"  largest speed {fastest:.4g} rpm, largest power {strongest:.4g} W, at {time.size} recorded instants")

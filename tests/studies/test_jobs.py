@@ -5,25 +5,26 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from tests.process import Duplicate
 
 from scissordyn.cli import main
+from scissordyn.file.output_file import lock_file
 from scissordyn.run.engine import EngineError
 from scissordyn.studies.compute import jobs as module
 from scissordyn.studies.compute.jobs import CERTIFICATE_PREFIX, SCRIPT_PREFIX, Jobs, remove_left_behind
 
-# Program that keeps a file locked
-HELD = """
-import sys, time
-from scissordyn.file.output_file import lock_file
-with open(sys.argv[1], "r+b") as file:
-    lock_file(file.fileno())
-    print("held", flush=True)
-    time.sleep(60)
-"""
+
+def keep_locked(path):
+    """Keep a file locked."""
+    with open(path, "r+b") as file:
+        lock_file(file.fileno())
+        print("held", flush=True)
+        time.sleep(60)
 
 
 class Job:
@@ -124,9 +125,7 @@ def test_files_of_killed_commands_are_removed(tmp_path):
     ]
     for name in names:
         (tmp_path / name).touch()
-    command = [sys.executable, "-c", HELD, str(tmp_path / names[2])]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as other:
-        assert other.stdout is not None
+    with Duplicate(keep_locked, tmp_path / names[2]) as other:
         assert other.stdout.readline() == "held\n"
         remove_left_behind(tmp_path)
         other.kill()

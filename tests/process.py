@@ -63,15 +63,17 @@ class Duplicate:
         self.send_signal(signal.SIGKILL)
 
     def communicate(self, timeout=100):
-        """Wait for the end of the process, which is killed after a while, and return its output and its errors."""
+        """Wait for the end of the process, and return its output and its errors; after `timeout` [s] its group is killed."""
         if not self.stdout.closed:
-            limit = threading.Timer(timeout, os.kill, (self.pid, signal.SIGKILL))
+            limit = threading.Timer(timeout, os.killpg, (self.pid, signal.SIGKILL))
             limit.start()
             with self.stdout, self.stderr:
                 out = self.stdout.read()
                 self.poll(options=0)
                 self.stderr.seek(0)
                 self.said = out, self.stderr.read()
+            if limit.finished.is_set():
+                raise TimeoutError(self.said)
             limit.cancel()
         return self.said
 

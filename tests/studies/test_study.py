@@ -1,8 +1,10 @@
 """Studies: the store holds single runs, independent of the way they were computed."""
 
 import dataclasses
+import functools
 import os
 import sqlite3
+import types
 from contextlib import closing
 
 import numpy as np
@@ -187,6 +189,16 @@ def test_function_without_readable_source(tmp_path):
     (tmp_path / "page.md").write_text("(\n" * 9)
     exec(compile("\n\ndef late(run):\n    return 1.0\n", tmp_path / "page.md", "exec"), space)
     assert len(OwnMeasure("late", space["late"]).to_plain()["digest"]) == 16
+
+
+def test_digest_of_a_partial_function():
+    """Contract: equal functions with equal arguments have one digest in every process; other arguments change it."""
+    first, second = (types.FunctionType(rows.__code__, globals()) for _ in range(2))  # at two addresses, as in two processes
+
+    def digest(function, limit):
+        return OwnMeasure("late", functools.partial(function, limit=limit)).to_plain()["digest"]
+
+    assert digest(first, 3.0) == digest(second, 3.0) != digest(second, 4.0)
 
 
 def test_requirements_and_responses():

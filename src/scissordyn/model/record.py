@@ -7,7 +7,7 @@ import inspect
 import tokenize
 import types
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from scissordyn.errors import InputError
@@ -88,6 +88,13 @@ def source_of(function: Any) -> str:
         return inspect.getsource(function)
     except (OSError, TypeError, SyntaxError, tokenize.TokenError):  # no source, or its file has changed
         return ""
+
+
+def function_text(function: Any) -> str:
+    """Return the source of a function, or its byte code without one; that of a `functools.partial` has its arguments too."""
+    if isinstance(function, partial):
+        return f"{function_text(function.func)}{function.args}{sorted(function.keywords.items())}"
+    return source_of(function) or repr(getattr(function, "__code__", function))
 
 
 def code_digest(function: Any) -> str:

@@ -21,7 +21,7 @@ from scissordyn.lifetime.response import WearLife
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import changed_all, check_distinct, number
-from scissordyn.model.record import source_of
+from scissordyn.model.record import function_text
 from scissordyn.model.wear import Wear
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.run.measure import MEASURES, parts_of
@@ -101,9 +101,7 @@ class OwnMeasure:
             return {**plain, "motor": asdict(self.function)}
         if isinstance(self.function, WearLife):
             return {**plain, "wear": asdict(self.function.settings)}
-        # without a source file, or with a changed one, the byte code replaces the source
-        source = source_of(self.function) or repr(getattr(self.function, "__code__", self.function))
-        return {**plain, "digest": hashlib.sha256(source.encode()).hexdigest()[:16]}
+        return {**plain, "digest": hashlib.sha256(function_text(self.function).encode()).hexdigest()[:16]}
 
 
 @dataclass(frozen=True)

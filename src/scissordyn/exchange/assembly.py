@@ -21,10 +21,10 @@ from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 
 BLOCK = "scissordyn_assembly"  # Name of the DXF block with the assembled mechanism
-APPLICATION = "SCISSORDYN"  # Application name of extended data in a DXF
-CHUNK_LENGTH = 240  # [characters] Length of the strings of extended data; DXF allows 255
+APPLICATION = "SCISSORDYN"  # Application name of the extended data that an exported DXF contains
+CHUNK_LENGTH = 240  # [characters] Length of the strings into which the extended data of a DXF is divided; DXF allows 255
 
-EXPECTED_DXF = "a DXF that scissordyn export wrote, with its data"  # Expected value in errors about damaged data
+EXPECTED_DXF = "a DXF that scissordyn export wrote, with its data"  # Expected value in errors about damaged DXF data
 
 
 def assemble(mechanism: Mechanism) -> dict[str, Body] | None:

@@ -20,7 +20,7 @@ from scissordyn.model.linkage import common_pin
 from scissordyn.model.mechanism import Mechanism
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
-"""Length units of drawings and tables by name [m]."""
+"""Length in metres of each length unit of drawings and tables, by name."""
 
 LINEAR_DENSITY = 1.0  # Default mass per length of a drawn bar [kg/m]
 

@@ -43,12 +43,14 @@ from scissordyn.warning import LISTED_MAX
 
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"  # DXF layers of fixed pins, guides and the driven bar
 
-UNIT_CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Length units by their $INSUNITS number
+# Length units of a DXF, by the integer in its header variable $INSUNITS
+UNIT_CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}
 
 
-EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)  # Pattern of the end of a complete DXF
+# Pattern of the end of a complete DXF: group code 0, then EOF
+EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)
 
-EXAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"  # Correct command, which error texts show
+EXAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"  # Correct import command, which error texts show
 
 
 @checked

@@ -21,13 +21,14 @@ from scissordyn.exchange.source import listed
 from scissordyn.model.body import check_place
 from scissordyn.tolerance import DATA_TOL
 
-ENTITIES_MAX = 50_000  # Largest number of entities, before and after blocks are expanded; reading takes about 10 s and 130 MB
+# Largest number of entities in a DXF, also after blocks are expanded; reading them takes about 10 s and 130 MB
+ENTITIES_MAX = 50_000
 
 
-# Attributes, in order of trial, with the position by which notes name an entity
+# Attributes of DXF entities that contain a position, in the order tried; notes about left-out entities print it
 LOCATION_ATTRIBUTES = ("start", "center", "location", "insert")
 
-UNSUPPORTED_REASON = "it is not a bar, pin or guide"  # Reason in notes about left-out entities
+UNSUPPORTED_REASON = "it is not a bar, pin or guide"  # Reason in notes about DXF entities that the import leaves out
 
 CURVE_FIT, SPLINE_FIT = 2, 4  # Flags of a POLYLINE whose vertices are not on the curve
 

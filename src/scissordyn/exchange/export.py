@@ -27,8 +27,8 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.units import checked
 
-FORCE_ENDINGS = (".csv", ".json", ".inp")  # File name endings of pin forces
-MECHANISM_ENDINGS = (".dxf", ".csv", ".xml", ".fmu")  # File name endings of mechanisms
+FORCE_ENDINGS = (".csv", ".json", ".inp")  # File name endings of the formats for pin forces
+MECHANISM_ENDINGS = (".dxf", ".csv", ".xml", ".fmu")  # File name endings of the formats for mechanisms
 
 
 def check_ending(path: str | os.PathLike[str], allowed: tuple[str, ...], what: str, sample: str) -> str:

@@ -28,11 +28,11 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import pandas as pd
 
-END_NAMES = ("body", "joint", "point")  # Columns of force tables that identify the body and the joint of a force
+END_NAMES = ("body", "joint", "point")  # Columns of force tables that identify the body and the joint on which a force acts
 
 
-SECTION_TEXT = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")  # Rectangular section, such as "20x30 mm"
-UNIT_METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}  # Length of each unit [m]
+SECTION_TEXT = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")  # Pattern of a rectangular section, such as "20x30 mm"
+UNIT_METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}  # Length of each unit of a section's sides [m]
 
 
 class End(NamedTuple):
@@ -242,11 +242,12 @@ ENVELOPE_COLUMNS = (
     "largest force [N]", "at time [s]", "x of the body then [N]", "y of the body then [N]",
     "least x [N]", "largest x [N]", "least y [N]", "largest y [N]",
 )  # fmt: skip
-"""Columns of an envelope after `END_NAMES`."""
+"""Column headings of a table of largest forces (an envelope), after the columns `END_NAMES`."""
 
-MOMENT_COLUMN = "largest moment [N m]"  # Heading of the last but one column of an envelope
+MOMENT_COLUMN = "largest moment [N m]"  # Heading of the column of largest moments in an envelope, the last but one
 
-LOCATED_COLUMN = "largest force within the steps [N]"  # Heading of the last column of an envelope
+# Heading of the column of largest forces within the steps in an envelope, the last one
+LOCATED_COLUMN = "largest force within the steps [N]"
 
 
 def to_csv(table: pd.DataFrame) -> bytes:

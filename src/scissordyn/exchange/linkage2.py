@@ -28,9 +28,11 @@ from scissordyn.exchange.xml_element import Element, is_true, numbers, parse
 from scissordyn.units import checked, rpm
 
 EXAMPLE = "scissordyn import crane.linkage2 -o case.toml"  # Correct command, which error texts show
-LENGTH_UNIT = 0.0254 / 96.0  # [m] length unit of .linkage2 files, 1/96 inch
+LENGTH_UNIT = 0.0254 / 96.0  # [m] length unit of coordinates in .linkage2 files, 1/96 inch
 MECHANISM_LAYER_BIT = 16  # Bit of the attribute `layer` that marks parts of the mechanism; parts without it are decoration
-GEOMETRY_TOL = 1e-6 * LENGTH_UNIT  # [m] largest distance of points at one place; coordinates in the file have six decimals
+
+# [m] largest distance between points of a .linkage2 file that coincide; coordinates have six decimals
+GEOMETRY_TOL = 1e-6 * LENGTH_UNIT
 
 
 @checked

@@ -27,13 +27,13 @@ from scissordyn.exchange.xml_element import (
     value_of,
 )
 
-WORLD = "world"  # Name of the fixed link of a model
+WORLD = "world"  # Name of the fixed link of an imported URDF or SDF model
 
 AXIS_PARTS = {
     "limit": {"lower", "upper"},
     "dynamics": {"damping", "friction", "spring_reference", "spring_stiffness"},
 }
-"""Child elements of an SDF <axis> that are read, each with those of its children that are read."""
+"""Child elements of an SDF <axis> that the import uses, each with its own child elements that the import uses."""
 
 KINDS = {
     "revolute": "pin",
@@ -43,7 +43,7 @@ KINDS = {
     "prismatic": "slide",
     "fixed": "weld",
 }
-"""Kind of planar joint, by the type of an URDF or SDF joint that can close a loop."""
+"""Kind of planar joint, by the type of a URDF or SDF joint that can close a loop."""
 
 
 class Pose(NamedTuple):

@@ -12,7 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.xml_element import EXAMPLE
 from scissordyn.tolerance import ASSEMBLY_TOL
 
-TILT_MAX = 0.01  # [rad] Largest accepted tilt of an axis; rounded angles (1.57, 0.707) accumulate along a chain
+TILT_MAX = 0.01  # [rad] Largest angle between joint axes that count as parallel; rounded angles (1.57) accumulate along a chain
 
 Axes = Sequence[tuple[str, np.ndarray]]  # Names of joints and their unit vectors
 

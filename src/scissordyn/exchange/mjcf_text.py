@@ -26,7 +26,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import bends
 from scissordyn.run.simulate import simulate
 
-TIME_STEP = 1e-4  # [s] step size that exported models prescribe to MuJoCo
+TIME_STEP = 1e-4  # [s] step size of MuJoCo that exported models contain
 STIFF_SOLVER: dict[str, Any] = {"solref": f"{2 * TIME_STEP:g} 1", "solimp": "0.9999 0.9999 0.001"}
 """Solver parameters that make MuJoCo's soft constraints as stiff as the time step permits."""
 

@@ -37,7 +37,7 @@ from scissordyn.model.coupling import Drive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import checked, rpm
 
-PIN_TOL = 0.5e-3  # [length units] largest distance of a force from the pin on which it acts; half the last digit of positions
+PIN_TOL = 0.5e-3  # [drawing units] largest distance of a force from the pin on which it acts; half the last digit of positions
 
 
 @checked

@@ -23,11 +23,11 @@ from scissordyn.components.place import Point
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Load, plain_name
 
-BASE64_DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"  # Digits 0 to 63 of numbers in a link
+BASE64_DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"  # Digits 0 to 63 of numbers in a PMKS+ link
 EXAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"  # Correct command, which error texts show
-EXPECTED_LINK = "a link from 'Share' in PMKS+"  # Expected value in errors about damaged links
+EXPECTED_LINK = "a link from 'Share' in PMKS+"  # Expected value in errors about damaged PMKS+ links
 SUPPORTED_LINKS = "links of bars, pins and forces; open the link in PMKS+, and share it again"
-"""Expected value in errors about links of the earlier format."""
+"""Expected value in errors about PMKS+ links of the earlier format."""
 
 
 PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bit positions in the flags of a joint in a PMKS+ link
@@ -39,7 +39,7 @@ LENGTH_UNITS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1
 """Length unit with its length [m], and the mass [kg] and force [N] that are the units of drawings with this length unit."""
 
 LINK_KINDS = dict.fromkeys("YAMG0123", True) | dict.fromkeys("Namg4567", False)
-"""Allowed first characters of the text of a link: True if it is a separate link, False if it is part of a welded link."""
+"""Allowed first characters of a link's text in PMKS+: True for a separate link, False for a part of a welded link."""
 
 COMPUTED_BY_PMKS = {"inertia": "AMam1256", "centre": "AGag1357"}
 """First characters of links whose inertia or mass centre PMKS+ computes from the drawn outline."""

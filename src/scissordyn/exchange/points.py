@@ -30,12 +30,14 @@ from scissordyn.units import checked
 
 COLUMNS = "name", "x", "y", "bars", "support"  # Names of the columns of a table of points; "support" may be absent
 
-HEADING_EXAMPLE = "name,x,y,bars,support"  # Correct first line of a table, which error texts show
+HEADING_EXAMPLE = "name,x,y,bars,support"  # Correct first line of a table of points, which error texts show
 
 
-SLIDE_TEXT = re.compile(r"slide(?:\s+(\S*?)\s*(deg|degrees?|°|rad)?)?")  # Sliding support: "slide", or "slide 30 deg"
+# Pattern of a sliding support in a table of points: "slide", or "slide 30 deg"
+SLIDE_TEXT = re.compile(r"slide(?:\s+(\S*?)\s*(deg|degrees?|°|rad)?)?")
 
-SEPARATOR = re.compile(r"\A(?:sep=(.)\s*\n)")  # First line of tables saved by Excel, which declares the separator
+# Pattern of the first line of tables saved by Excel, which declares the separator
+SEPARATOR = re.compile(r"\A(?:sep=(.)\s*\n)")
 
 
 @checked

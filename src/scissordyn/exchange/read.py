@@ -11,7 +11,7 @@ from scissordyn.units import checked
 
 TABLE_ENDINGS = (".csv", ".tsv")  # File name endings of tables of points
 
-# File name endings of all formats that are read
+# File name endings of all mechanism formats that can be imported
 ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", ".sdf", ".linkage2", ".slvs", *TABLE_ENDINGS)
 
 

@@ -28,9 +28,9 @@ from scissordyn.exchange.xml_element import (
 )
 
 ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*("[^"]*"|'[^']*')""")  # Pattern of an XML attribute
-COUNT = re.compile(r"[0-9]{1,9}")  # Pattern of a count of copies: at most nine digits
+COUNT = re.compile(r"[0-9]{1,9}")  # Pattern of the attribute `count` of an MJCF <replicate>: at most nine digits
 NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")  # Pattern of a number that is not finite
-# Translation of all bytes except line breaks to blanks
+# Translation table that blanks out XML text: each byte except line breaks becomes a blank
 BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
 
 TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "jointinparent", "file"}) | {
@@ -40,12 +40,13 @@ TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "li
 }
 """Attributes of MJCF whose values are texts, not numbers."""
 
-PLACE_ATTRIBUTES = "name class pos quat euler axisangle xyaxes zaxis"  # Attributes of MJCF elements with a position
+# Attributes that the import uses of each MJCF element with a position
+PLACE_ATTRIBUTES = "name class pos quat euler axisangle xyaxes zaxis"
 
 ACTUATORS = ("motor", "position", "velocity", "damper", "general")
-"""MJCF elements of the actuators that are read."""
+"""Names of the MJCF actuator elements that the import uses."""
 
-# Attributes that are read of an actuator in MJCF
+# Attributes that the import uses of an MJCF actuator
 ACTUATOR_ATTRIBUTES = (
     "name class group joint jointinparent tendon gear ctrllimited ctrlrange forcelimited forcerange inheritrange kp kv "
     "dampratio timeconst gaintype gainprm biastype biasprm dyntype dynprm"

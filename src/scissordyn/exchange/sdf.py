@@ -40,7 +40,7 @@ from scissordyn.exchange.xml_element import (
     value_of,
 )
 
-MODEL = "__model__"  # Name, in SDF, of the frame of a model
+MODEL = "__model__"  # Name, reserved in SDF, of the coordinate frame of a model
 
 CHILDREN = {
     "model": "pose static link joint frame",
@@ -53,7 +53,7 @@ CHILDREN = {
     "dynamics": "damping friction spring_reference spring_stiffness",
     "frame": "pose",
 }
-"""Child elements that are read, by the SDF element that contains them."""
+"""Child elements that the import uses, by the SDF element that contains them."""
 
 
 class SdfModel(NamedTuple):

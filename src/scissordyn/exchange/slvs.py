@@ -40,17 +40,27 @@ from scissordyn.units import checked
 
 EXAMPLE = "scissordyn import linkage.slvs -o case.toml"  # Correct command, which error texts show
 
-SKETCH, SKETCH_3D, ROTATED, TRANSLATED, LINKED = 5001, 5000, 5200, 5201, 5300  # Types of groups
-POINT_MAX, WORKPLANE, LINE, CIRCLE, ARC = 2999, 10000, 11000, 13000, 14000  # Types of entities
-COINCIDENT, DISTANCE, AT_MIDPOINT, RADIUS, ON_CIRCLE, ANGLE, FIXED_POINT = 20, 30, 70, 90, 100, 120, 200  # Types of constraints
-TO_PLANE, TO_LINE, ALONG, IN_PLANE, ON_LINE = 31, 32, 34, 41, 42  # Constraints that keep a point on a line
-HORIZONTAL, VERTICAL, PARALLEL, PERPENDICULAR = 80, 81, 121, 122  # Constraints of directions
-EQUAL_SIZES = (50, 51, 56, 130)  # Constraints of equal lengths, their ratio or difference, and of equal radii
-IGNORED = (110, 1000)  # Constraints without effect in a plane: equal orientation of parts, comments
-REFERENCES = (1, 2, 3)  # Requests of the coordinate planes
+SKETCH, SKETCH_3D, ROTATED, TRANSLATED, LINKED = 5001, 5000, 5200, 5201, 5300  # Type numbers of groups in a SolveSpace file
+
+# Type numbers of entities in a SolveSpace file; points: up to the first
+POINT_MAX, WORKPLANE, LINE, CIRCLE, ARC = 2999, 10000, 11000, 13000, 14000
+
+# Type numbers of SolveSpace constraints
+COINCIDENT, DISTANCE, AT_MIDPOINT, RADIUS, ON_CIRCLE, ANGLE, FIXED_POINT = 20, 30, 70, 90, 100, 120, 200
+
+# Type numbers of SolveSpace constraints that keep a point on a line
+TO_PLANE, TO_LINE, ALONG, IN_PLANE, ON_LINE = 31, 32, 34, 41, 42
+HORIZONTAL, VERTICAL, PARALLEL, PERPENDICULAR = 80, 81, 121, 122  # Type numbers of SolveSpace constraints of directions
+
+# Type numbers of SolveSpace constraints of equal lengths, their ratio or difference, equal radii
+EQUAL_SIZES = (50, 51, 56, 130)
+IGNORED = (110, 1000)  # Type numbers of SolveSpace constraints without effect in a plane: equal orientation of parts, comments
+REFERENCES = (1, 2, 3)  # Numbers of the SolveSpace requests that create the three coordinate planes
+
+# Descriptions of SolveSpace constraints that the import does not support, by type number
 REST = {33: "distance to a face", 43: "point on a face", 52: "equal lengths and distances", 53: "equal distances"}
 REST |= {54: "equal angles", 55: "equal lengths of line and arc"}
-REST |= dict.fromkeys((60, 61, 62, 63), "symmetric") | dict.fromkeys((123, 124, 125), "tangent")  # Constraints not read
+REST |= dict.fromkeys((60, 61, 62, 63), "symmetric") | dict.fromkeys((123, 124, 125), "tangent")
 
 
 @checked

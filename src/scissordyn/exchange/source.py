@@ -11,8 +11,8 @@ from pathlib import Path
 from scissordyn.errors import InputError
 from scissordyn.lookup import library
 
-POINTS_MAX = 10_000  # Largest number of points in a table or drawing; a larger mechanism takes minutes to simulate
-SIZE_MAX = 16 * 2**20  # [bytes] Largest size of all files of a model; a DXF of this size takes about 20 s and 350 MB
+POINTS_MAX = 10_000  # Largest number of points in an imported table or drawing; a larger mechanism takes minutes to simulate
+SIZE_MAX = 16 * 2**20  # [bytes] Largest total size of an imported model's files; a DXF of this size takes about 20 s and 350 MB
 
 BYTE_ORDER_MARKS = (  # First bytes of a file, and encoding
     (codecs.BOM_UTF8, "utf-8-sig"),
@@ -22,8 +22,10 @@ BYTE_ORDER_MARKS = (  # First bytes of a file, and encoding
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 
-SOLVESPACE_MARK = b"\xb1\xb2\xb3"  # First bytes of a file of SolveSpace, before its text
-XML_ENCODING = re.compile(rb"""\A\s*<\?xml[^>]{0,200}?encoding\s*=\s*["']([\w.:-]{1,40})["']""")  # Encoding that XML declares
+SOLVESPACE_MARK = b"\xb1\xb2\xb3"  # First bytes of a SolveSpace file, before its text
+
+# Pattern of the encoding in an XML declaration
+XML_ENCODING = re.compile(rb"""\A\s*<\?xml[^>]{0,200}?encoding\s*=\s*["']([\w.:-]{1,40})["']""")
 DXF_VERSION = re.compile(rb"\$ACADVER\s+1\s+AC(\d{4})\b")  # Pattern of the format version in a DXF
 DXF_CODEPAGE = re.compile(rb"\$DWGCODEPAGE\s+3\s+(\w{1,40})")  # Pattern of the code page in a DXF
 
@@ -33,7 +35,7 @@ UNSUPPORTED_FILES = (
     (b"PK\x03\x04", "a workbook or a ZIP archive", "the file in it, or a sheet saved as .csv"),
     (b"\x89HDF", "a saved run, in NetCDF", "a drawing, a model or a table"),
 )
-"""Unsupported files: first bytes, kind of file, and expected kind of file in the error message."""
+"""Files that cannot be imported: first bytes, kind of file, and expected kind of file in the error message."""
 
 
 def listed(texts: Iterable[str], most: int = 5) -> str:

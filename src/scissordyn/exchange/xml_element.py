@@ -13,16 +13,17 @@ from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.source import SIZE_MAX, decode, read_source
 
-EXAMPLE = "scissordyn import model.xml -o case.toml"  # Correct command, which error texts show
+EXAMPLE = "scissordyn import model.xml -o case.toml"  # Correct import command, which error texts show
 
-DEPTH_MAX = 200  # [levels] Largest nesting of elements; each link of a chain is one level deeper
+DEPTH_MAX = 200  # [levels] Largest nesting of XML elements in a model; each link of a chain is one level deeper
 
-BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the matrices of a chain grow with the square
+BODIES_MAX = 1_000  # Largest number of bodies in a model, with replicated ones; the matrices of a chain grow with the square
 
-VALUE_MAX = 1e16  # Largest number that is read; SDF writes missing limits of a joint as 1e16
+VALUE_MAX = 1e16  # Largest magnitude of a number in a model; SDF writes missing limits of a joint as 1e16
 
-START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")  # Pattern of a start tag; quotes may contain ">"
-LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")  # Translation of line breaks to blanks
+# Pattern of an XML start tag; quotes may contain ">"
+START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
+LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")  # Translation table that replaces line breaks by blanks
 
 
 @dataclass

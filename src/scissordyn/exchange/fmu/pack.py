@@ -25,11 +25,12 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
 COMPILER_FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-strict-aliasing", "-ffp-contract=off")
-"""Compiler flags; without contraction of products and sums, so that results are equal to those of the package."""
+"""C compiler flags of FMU libraries; products and sums are not contracted, so that results equal those of the package."""
 
-ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}  # FMI names of processors whose Python name differs, by that name
+# FMI names of processors, by their names in Python; other names are equal
+ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}
 SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
-"""FMI name of an operating system and file ending of its libraries, by the name in Python."""
+"""FMI name of each operating system and file ending of its libraries, by its name in Python."""
 
 EXAMPLE = 'contact = "compliant"'  # Correct line of a case file, which error texts show
 
@@ -44,11 +45,12 @@ UNITS: dict[str, dict[str, Any]] = {
     "N.m": {"kg": "1", "m": "2", "s": "-2"},
     "s": {"s": "1"},
 }
-"""Exponents of the SI base units of each unit of a variable, as in FMI."""
+"""Exponents of the SI base units in each unit of an FMU's variables, in the notation of FMI."""
 
-TIME = Variable(0, "time", "s", "time")  # Independent variable of every FMU
+TIME = Variable(0, "time", "s", "time")  # Time [s], the independent variable of every FMU
 
-CALCULATED = {"causality": "local", "variability": "continuous", "initial": "calculated"}  # FMI attributes of computed values
+# FMI attributes of variables that the FMU computes
+CALCULATED = {"causality": "local", "variability": "continuous", "initial": "calculated"}
 ROLE_ATTRIBUTES = {
     "time": {"causality": "independent", "variability": "continuous"},
     "states": CALCULATED,
@@ -60,7 +62,8 @@ ROLE_ATTRIBUTES = {
 }
 """FMI attributes of the variables of each group in `Variables`, and of the time."""
 
-GENERATION_TOOL = f"scissordyn {version('scissordyn')}"  # FMI attribute `generationTool`
+# Value of the FMI attribute `generationTool`: name and version of this package
+GENERATION_TOOL = f"scissordyn {version('scissordyn')}"
 
 
 def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_only: bool = False) -> bytes:

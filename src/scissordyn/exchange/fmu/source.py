@@ -31,12 +31,13 @@ STATUSES = (
     *("ADVANCING", "FINISHED", "LOG_FULL", "STEP_TOO_SMALL", "NOT_FINITE", "STUCK", "HISTORY_FULL", "RECORD_FULL"),
     "CHANGE_POINT",
 )
-"""Return values of `advance` in the loop of time steps; the names in Python and C are equal."""
+"""Names of the return values of `advance` in the loop of time steps; they are equal in Python and C."""
 
-C_FILES = ("fmi3", "absent", "fmu_state", "model_exchange", "co_simulation")  # C files that are appended to generated C code
+# Names of C files that are appended to the generated C code of an FMU
+C_FILES = ("fmi3", "absent", "fmu_state", "model_exchange", "co_simulation")
 
 KERNEL_ARRAYS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
-"""Arrays with kernel addresses, by the named tuple that contains them."""
+"""Names of the arrays with kernel pointers, by the named tuple that contains them."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ CONTACT_OUTPUTS = {
     "depth": ("m", "indentation; the gap with a minus sign"),
     "slip": ("m/s", "slip speed of the surfaces"),
 }
-"""Outputs of each contact, with unit and description."""
+"""Outputs of an FMU for each contact: unit and description, by name."""
 
 UNREPORTED = {
     "x": ("m", "x of the point"),
@@ -67,9 +68,9 @@ UNREPORTED = {
     "cosine": ("", "cosine of the angle of the body"),
     "sine": ("", "sine of the angle of the body"),
 }
-"""Unit and description of coordinates that runs do not report."""
+"""Unit and description of component coordinates that runs do not report, by name."""
 
-VALUE_NAMES = {"rad": "angle", "m": "length"}  # Name of a prescribed quantity by its unit
+VALUE_NAMES = {"rad": "angle", "m": "length"}  # Name of the quantity that a drive prescribes, by its SI unit
 
 
 @dataclass(frozen=True)

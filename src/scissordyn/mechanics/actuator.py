@@ -13,7 +13,7 @@ from scissordyn.mechanics.force_element import add_torques, map_values
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
 
-SIGNAL_COUNT = len(SIGNALS)  # Number of signals that a controller can use
+SIGNAL_COUNT = len(SIGNALS)  # Number of measured signals that a controller can use
 
 DELAY, RECORDED, GAIN = range(3)
 """Columns of `Parameters.actuator`: delay [s], index of the recorded signal, recursion gain R [1]."""

@@ -36,8 +36,9 @@ class BodyMaps(NamedTuple):
     pressure_arm: F3
 
 
-COORDINATES = ANGLE, SLIDE, DISTANCE, LINE = range(4)  # Kinds of a coordinate of a coupling or drive, and of a line of centres
-PRESSURES = GEARS, BELT, RACK = range(3)  # Kinds of workless forces: between gears, of a belt, between a pinion and a rack
+# Kinds of coordinates of couplings and drives; LINE: line of centres of two wheels
+COORDINATES = ANGLE, SLIDE, DISTANCE, LINE = range(4)
+PRESSURES = GEARS, BELT, RACK = range(3)  # Kinds of constraint forces without work: of gears, a belt, or a rack and its pinion
 
 
 @kernel

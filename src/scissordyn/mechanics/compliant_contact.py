@@ -19,8 +19,8 @@ from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import SLIP, effective_mass, largest_impulse, mark_changed
 
-PHASE_MAX = 0.2  # Largest product of step size and angular frequency of a compliant contact
-STEP_RATIO_MAX = 1.5  # A step longer than this multiple of the allowed one is repeated
+PHASE_MAX = 0.2  # [rad] Largest product of step size and natural angular frequency of a compliant contact
+STEP_RATIO_MAX = 1.5  # Largest ratio of a step size to the allowed one in a compliant contact; above, the step is repeated
 
 MISFIT_TOL, NEGLIGIBLE_FRACTION = 1e-4, 1e-7
 """Accepted errors of a linearised law: relative to its force, and relative to the largest force of the step."""

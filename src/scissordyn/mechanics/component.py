@@ -32,7 +32,10 @@ TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION, EFFECTIV
 """Indices of the values of `declaration.CONTEXT`."""
 
 ARGUMENT_STEP = 1e-7
-"""Step of the central differences, relative to an argument or to one unit: round-off of 1e-9, and fine enough for a stop."""
+"""Step of the central differences of component forces, relative to the argument or to one unit of it.
+
+Round-off is then 1e-9 of the force, and the step is short enough for a stiff stop.
+"""
 
 
 @kernel

@@ -14,7 +14,7 @@ from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 from scissordyn.tolerance import CONSTRAINT_TOL, DIFFERENCE_FRACTION
 
 MONITORED_RATIO_MAX = 0.1
-"""Ratio below which the time until a singular position is estimated.
+"""Largest pivot ratio of the constraints at which the time until a singular position is estimated.
 
 The ratio is the square root of the smallest pivot of Phi Phi^T over its largest value so far.
 """

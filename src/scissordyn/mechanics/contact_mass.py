@@ -21,7 +21,8 @@ from scissordyn.mechanics.port import port_forces
 from scissordyn.mechanics.rail import ACROSS, write_rows
 from scissordyn.tolerance import ROUND_OFF_TOL
 
-MASS_MIN = 1e-300  # [kg] effective mass along a direction whose motion the drives prescribe: so small that damping vanishes
+# [kg] effective mass of a contact if drives prescribe the motion along its normal: small, so that damping vanishes
+MASS_MIN = 1e-300
 
 
 @kernel

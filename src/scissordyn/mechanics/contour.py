@@ -24,7 +24,7 @@ from scissordyn.tolerance import EVENT_TOL, NEWTON_STEPS_MAX
 DEPTH, COS, SIN = range(3)  # columns of a contour
 
 FLAT_FRACTION = 1e-3
-"""Difference of the indentations at both ends of a cell, relative to their mean, below which Simpson's rule is used.
+"""Largest relative difference of the indentations at both ends of a contour cell for which Simpson's rule is used.
 
 Its error is 1e-13 there. The closed form loses the square of this fraction by cancellation.
 """

@@ -13,12 +13,15 @@ from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
 from scissordyn.tolerance import ROUND_OFF_TOL, SHORT_STEP_FRACTION, SINGULAR_VALUE_MIN
 
-STEP_ROTATION_MAX = 1.0  # [rad] largest rotation of a body in a step; turns could not be counted for larger ones
+STEP_ROTATION_MAX = 1.0  # [rad] largest rotation of a body in a time step; turns could not be counted for larger ones
 
 DRIVEN_ROTATION_MAX = 0.02
-"""Largest rotation in a step without degrees of freedom [rad]: such steps have no error estimate, but powers are integrated."""
+"""Largest rotation of a body [rad] in a time step of a mechanism without degrees of freedom.
 
-CROSSED_DISTANCE_MAX = 4.0  # [step sizes] largest time to a singular position that the caller may step across
+Such steps have no error estimate, but powers are integrated over them.
+"""
+
+CROSSED_DISTANCE_MAX = 4.0  # [step sizes] largest time to a singular position for which the next time step may cross it
 
 
 @entry
@@ -171,7 +174,7 @@ FUNCTIONS = {
     "probe": probe,
     "record": record,
 }
-"""Functions of time integration with error control, under the names that `integrate` calls them by."""
+"""Mechanics functions for time integration with error control, by the names that `integrate` uses."""
 
 
 @kernel
@@ -211,4 +214,4 @@ HARD_FUNCTIONS = {
     "impact": hard_impact,
     "monitor": hard_monitor,
 }
-"""Functions of time stepping with hard contacts, under the names of the loop."""
+"""Mechanics functions for time stepping with hard contacts, by the names that the time loop uses."""

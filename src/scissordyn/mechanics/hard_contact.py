@@ -48,16 +48,16 @@ from scissordyn.mechanics.hard_rows import (
 from scissordyn.mechanics.impulse_solver import solve_impulses
 from scissordyn.tolerance import ROUND_OFF_TOL
 
-GAP_TOL = 1e-6  # Gap or indentation of a closed contact, relative to the clearance, above which positions are moved back
+GAP_TOL = 1e-6  # Largest gap or indentation of a closed contact, relative to the clearance, that is not corrected
 
 LEAST_SQUARES_WEIGHT = 1e-2
-"""Weight of the size of the moves relative to the remaining gaps, for a free journal.
+"""Weight of the size of a position correction relative to the remaining gaps, for a free journal.
 
-Gaps can contradict each other, as in a closed loop with all joints in contact. No move exceeds five times the gaps.
+Gaps can contradict each other, as in a closed loop with all joints in contact. No correction exceeds five times the gaps.
 """
 
-INDENTATION_MAX = 0.1  # Indentation at the end of a step, relative to the clearance, above which the step is too long
-FORCED_GAP_MAX = 0.5  # Largest gap, relative to the clearance, of an open contact that the forces of one step may close
+INDENTATION_MAX = 0.1  # Largest indentation of a hard contact at the end of a step, relative to the clearance
+FORCED_GAP_MAX = 0.5  # Largest gap of an open hard contact, relative to the clearance, that the forces of one step may close
 
 
 @kernel

@@ -22,8 +22,9 @@ from scissordyn.mechanics.worn_contact import body_direction, relative_turn
 from scissordyn.tolerance import EVENT_TOL, NEWTON_STEPS_MAX
 
 CORNER_FRACTION = 0.01
-"""Radius r of the corners on the path of the journal's centre, relative to the clearance. It reduces the depth of a pocket by
-this fraction.
+"""Radius r of the corners on the path of the journal's centre in a worn bearing, relative to the clearance.
+
+It reduces the depth of a pocket by this fraction.
 """
 
 

@@ -21,11 +21,10 @@ from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import largest_impulse, mark_changed
 
-# [clearances] the law is linear at smaller indentations, and a closed contact stays in the equations up to this gap
+# [clearances] Largest indentation with a linear contact law, and largest gap of a closed contact in the equations
 TOUCHING_DEPTH_MAX = 1e-3
 
-# Accepted error of a linearised law, relative to its force; its square is that relative to the largest force of the step
-MISFIT_TOL = 1e-2
+MISFIT_TOL = 1e-2  # Largest relative error of a linearised contact force; its square is that relative to the largest force
 
 
 @kernel

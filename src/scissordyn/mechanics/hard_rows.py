@@ -18,7 +18,8 @@ IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
 OPEN, STICK, SLIP = range(3)  # Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N
 
 
-SURFACE_COMPLIANCE = 1e-11  # [-] compliance of surfaces relative to that of a free journal, where rows depend on each other
+# [-] compliance of contact surfaces relative to that of a free journal; it makes dependent rows solvable
+SURFACE_COMPLIANCE = 1e-11
 
 
 class HardModel(NamedTuple):

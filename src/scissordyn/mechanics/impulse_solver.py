@@ -18,19 +18,21 @@ from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, mark_changed, row_
 from scissordyn.mechanics.pivoting import pivot
 from scissordyn.tolerance import DATA_TOL, EVENT_TOL, SINGULAR_VALUE_MIN
 
-MODE_STEPS_MAX = 40  # [steps] of Newton's method for consistent modes, before Lemke's pivoting
+MODE_STEPS_MAX = 40  # Largest number of Newton steps to consistent contact modes (open, stick, slip) before Lemke's pivoting
 
 STALLED_STEPS_MAX = 10
-"""Newton steps that may change all modes without a new minimum of the number of contacts that request another mode.
+"""Largest number of Newton steps that change all modes without a new minimum of the contacts that request another mode.
 
 After them only the last of these contacts changes its mode, until there are fewer, as in block principal pivoting.
 """
 
-LINEARISATIONS_MAX = 4  # Largest number of linearisations of elastic laws in a step
-COMPLIANT_LINEARISATIONS_MAX = 12  # Largest number of linearisations of compliant contacts' laws, which are less smooth
+LINEARISATIONS_MAX = 4  # Largest number of linearisations of elastic contact laws in a time step
+
+# Largest number of linearisations of compliant contact laws in a time step; these are less smooth
+COMPLIANT_LINEARISATIONS_MAX = 12
 
 RECENT_STEPS = 15
-"""Number of Newton steps before a failure; only contacts that changed their modes in them are pivoted at first."""
+"""Number of last Newton steps before a failure; pivoting begins with the contacts that changed their modes in them."""
 
 
 FOUND, MISFIT, FAILED = range(3)

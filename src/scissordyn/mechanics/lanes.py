@@ -6,8 +6,8 @@ import math
 
 from scissordyn.kernel import vectorized
 
-LANES = 8  # Rows of tables are padded to multiples of this number of values, which processors handle at once
-BAND_LANES = 4  # Number of values of a band's row that are handled at once
+LANES = 8  # Number of values that a processor handles at once; rows of tables are padded to its multiples
+BAND_LANES = 4  # Number of values in a row of a band matrix that are handled at once
 
 
 @vectorized

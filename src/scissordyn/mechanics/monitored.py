@@ -22,7 +22,7 @@ POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_lo
 """Integrals of the energy balance [J], in the order of the powers that `monitor` writes."""
 
 DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))  # Indices of the powers in `POWERS`
-BALANCED = len(POWERS)  # number of powers of the energy balance; loads on worn bearings follow (`worn_contact.add_loads`)
+BALANCED = len(POWERS)  # number of powers in the energy balance; loads on worn bearings follow them (`worn_contact.add_loads`)
 
 (
     DRIVE_TORQUE,
@@ -43,9 +43,10 @@ an oiled joint's force is the contact times the number of components plus the fi
 force and friction of a contact; `COUPLING_FORCE` is the multiplier of a constraint.
 """
 
-CONTACT_KINDS = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE  # Kinds that depend on one contact only
+# Kinds of monitored values that depend on one contact only
+CONTACT_KINDS = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE
 
-FRICTION_RATIO_MAX = 1.05  # [-] ratio of friction to its static limit above which there is a warning
+FRICTION_RATIO_MAX = 1.05  # [-] largest ratio of friction force to its static limit without a warning
 
 
 def monitored_rows(model: Model, kind: int) -> np.ndarray:

@@ -18,7 +18,7 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product, write_equations
 from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
 
-PIVOTS_MAX = 20  # Largest number of pivots per variable
+PIVOTS_MAX = 20  # Largest number of pivots per variable in Lemke's method
 
 
 def table_shape(contacts: int) -> tuple[int, int]:

@@ -18,7 +18,7 @@ from scissordyn.mechanics.component import ARGUMENT_STEP
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.tolerance import DIFFERENCE_FRACTION
 
-STATE_STEP_MIN = 1e-11  # [m] smallest step of a difference by an internal state; used if `state_scale` of the state is zero
+STATE_STEP_MIN = 1e-11  # [m] step of a difference of reactions by an internal state whose `state_scale` is zero
 
 
 @kernel

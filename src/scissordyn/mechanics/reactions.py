@@ -18,17 +18,17 @@ from scissordyn.mechanics.band import width
 from scissordyn.mechanics.sample import Record
 
 DETERMINED_RATIO_MIN = 1e-8
-"""Ratio of pivots below which `careful` checks which reactions are determined.
+"""Smallest pivot ratio of the equations of reactions without a check by `careful` which reactions are determined.
 
 With d the share of the last unknown in the null space, the round-off 1e-16 gives a pivot of 1e-16/d^2 next to another of d^2.
 The smaller of the two never exceeds 1e-8.
 """
 
 DIAGONAL_SHIFT = 1e-13
-"""Shift of singular normal equations, relative to their diagonal: above round-off, far below determined values."""
+"""Shift of the diagonal of singular normal equations, relative to it: above round-off, far below determined values."""
 
-INSTANT_LANES = 32  # Number of instants that are solved at once, to use the processor's vector units
-NULL_SHARE_MAX = 1e-4  # Share in the null space above which an unknown is not determined
+INSTANT_LANES = 32  # Number of instants whose reactions are solved at once, to use the processor's vector units
+NULL_SHARE_MAX = 1e-4  # Largest share of a reaction in the null space with which the reaction counts as determined
 
 
 @kernel

@@ -62,7 +62,7 @@ journal's centre [m].
 contact.
 """
 
-COMPONENT_RESULTS_MAX = 24  # Largest number of values that the kernel of a component returns
+COMPONENT_RESULTS_MAX = 24  # Largest number of values that a component's kernel returns
 
 
 ContactArray = Annotated[np.ndarray, ArrayType(CONTACT, 1)]

@@ -23,7 +23,10 @@ from scissordyn.kernel import F1, F2, I1, entry, equals, kernel
 from scissordyn.tolerance import ROUND_OFF_TOL
 
 PIECE_COLUMNS = 10
-"""Number of values of a piece: start, six coefficients from the highest power down, amplitude, frequency, phase of the sine."""
+"""Number of values of a piece of a time function.
+
+They are its start, six coefficients from the highest power down, and amplitude, frequency and phase of a sine.
+"""
 
 
 def function_rows(motion: TimeFunction, start: float) -> np.ndarray:

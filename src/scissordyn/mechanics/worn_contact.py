@@ -34,9 +34,10 @@ from scissordyn.mechanics.system import (
 )
 
 LOAD_DIRECTIONS = 180
-"""Number of directions by which the friction loads on a worn bearing are summed up: 2 degrees, less than a loaded contact."""
+"""Number of directions by which friction loads on a worn bearing are summed: 2 deg each, less than a loaded arc."""
 
-SAGITTA = 0.5 * math.pi**2  # sagitta of a cell over the clearance, times the square of the number of cells
+# sagitta of a contour cell, divided by the clearance and multiplied by the square of the number of cells
+SAGITTA = 0.5 * math.pi**2
 
 
 @kernel

@@ -11,12 +11,15 @@ from scissordyn.errors import AssemblyError
 from scissordyn.kernel import F1, I1, entry, kernel
 from scissordyn.tolerance import ASSEMBLY_TOL, DATA_TOL
 
-DRIVE_PREFIX = "the drive of"  # First words, in messages, of the name of a constraint that a drive imposes
+DRIVE_PREFIX = "the drive of"  # First words of a drive constraint's name in messages
 Expression = dict[int, float]  # Linear combination: coefficient by column
 
 
 PIVOT_FRACTION_MIN = 1e-3
-"""Smallest coefficient of a preferred pivot, as a fraction of the largest in its equation; below it, any column is a pivot."""
+"""Smallest preferred pivot of a linear constraint, as a fraction of its largest coefficient.
+
+If no preferred column has such a pivot, any column is used.
+"""
 
 CLOSING_DISPLACEMENT_MAX, CLOSING_RATIO_MAX = 0.02, 30.0
 """Limits of the displacement that makes the placed bodies meet all constraints.

@@ -20,7 +20,7 @@ from scissordyn.plan.elimination import Expression
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import pointers, row_of
 
-MODES_MAX = 24  # Largest number of bending modes that is chosen for a bar; a given number may be larger
+MODES_MAX = 24  # Largest number of bending modes that is chosen automatically for a bar
 
 
 def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:

@@ -12,7 +12,7 @@ from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap
 from scissordyn.tolerance import ASSEMBLY_TOL
 
-DENSE_ENTRIES_MAX = 250_000  # Largest number of entries of a matrix that is stored in full; larger matrices are sparse
+DENSE_ENTRIES_MAX = 250_000  # Largest number of entries of a matrix of constraint gradients that is stored in full, not sparse
 
 
 class Gradients:

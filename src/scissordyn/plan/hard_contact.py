@@ -28,10 +28,10 @@ Their force does not depend on a speed, or their damping is weak (beams).
 """
 
 ROW_FIELDS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")
-"""Fields of `HardWork` with one entry for each row of the step equations."""
+"""Names of the fields of `HardWork` with one entry for each row of the step equations."""
 STATE_FIELDS = ("kept_slope", "slope", "middle", "scratch")
-"""Fields of `HardState` and `HardWork` with one entry for each entry of the state y."""
-ELEMENT_ROWS_MAX = 3  # Largest number of damped directions, and thus of rows, of a component: x, y and rotation
+"""Names of the fields of `HardState` and `HardWork` with one entry for each entry of the state y."""
+ELEMENT_ROWS_MAX = 3  # Largest number of rows of a component in the step equations: damping along x, along y, and of rotation
 
 
 class ElasticLaw(NamedTuple):

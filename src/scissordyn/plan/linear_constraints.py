@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 REMAINDER_TOLS = ASSEMBLY_TOL, 1e-6, 1e-4, 3e-3, 1e-2
-"""Tolerances of redundant linear constraints: a constraint is redundant if less remains of it after elimination.
+"""Tolerances, in the order tried, of redundant linear constraints: largest remainder after elimination.
 
-They are tried in order. The first is round-off, the others suit lengths with fewer and fewer digits. The next one is tried if
-the joints would move the bodies far from where they are placed.
+The first is round-off, the others suit lengths with fewer and fewer digits. The next one is tried if the joints would move
+the bodies far from where they are placed.
 """
 
 

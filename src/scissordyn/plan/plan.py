@@ -42,7 +42,8 @@ from scissordyn.tolerance import ASSEMBLY_TOL
 TABLE_FIELDS = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
 """Fields of a mechanism whose values all enter its tables: any change needs new tables."""
 
-MASS_FIELDS = ("mass", "inertia", "payloads")  # Fields of a body that the elimination of linear constraints does not read
+# Names of the fields of a body that the elimination of linear constraints does not use
+MASS_FIELDS = ("mass", "inertia", "payloads")
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,9 +22,10 @@ redundant if its residual stays below the second one after a move guided only by
 """
 
 ROUNDED_TOLS = (1e-2, 1e-4), (1e-2, 3e-3)
-"""Tolerances as in `EXACT_TOLS` for rounded lengths and positions, which contradict each other; tried in order."""
+"""Tolerances as in `EXACT_TOLS` for rounded lengths, which contradict each other: pairs in the order tried."""
 
-MOVE_SIZE = 0.1  # [rad, relative] Largest change of drives, rods and directions in the random move that tests redundancy
+# [rad, relative] Largest change of drives, rod lengths and directions in the random move of the redundancy test
+MOVE_SIZE = 0.1
 
 
 def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool = False) -> Coordinates:

@@ -28,7 +28,7 @@ from scissordyn.plan.plan import Plan, plan
 
 Joint = TypeVar("Joint", Revolute, Guide)
 
-NO_TURNS: Mapping[str, float] = MappingProxyType({})  # Angles by which bodies have turned since the start: no entry means 0
+NO_TURNS: Mapping[str, float] = MappingProxyType({})  # Rotations of bodies since the start, by name, if no body has rotated
 
 
 def frictionless(mechanism: Mechanism) -> Mechanism:

@@ -28,7 +28,7 @@ __all__ = [
     "track",
 ]
 
-# Module of each public function
+# Module that defines each public plot function, by name of the function
 _HOMES = {
     **dict.fromkeys(("film", "force", "orbit"), "joint"),
     **dict.fromkeys(("comparison", "energy", "response", "torque", "track"), "over_time"),

@@ -25,7 +25,7 @@ from scissordyn.record.placement import Placement, placed
 from scissordyn.record.results import Run, values_at
 from scissordyn.warning import LISTED_MAX
 
-CLOSED_SHAPES = ("plate", "block", "payload", "panel")  # Kinds of shapes that are closed polygons
+CLOSED_SHAPES = ("plate", "block", "payload", "panel")  # Kinds of drawn parts whose outlines are closed polygons
 PAYLOAD_HALF_SIDE, PANEL_HALF_WIDTH = 1.5, 0.55  # [sizes of loads in `load_shapes`] half the dimensions of drawn loads
 
 

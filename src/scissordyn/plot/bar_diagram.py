@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DIAGRAM_MAP = "viridis"
-"""Name of the colour map of stress and utilisation; it is perceptually uniform, also with colour blindness."""
+"""Colour map of stress and utilisation along bars; it is perceptually uniform, also with colour blindness."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ QUANTITIES: Mapping[str, DiagramQuantity] = {
         "1", "beam_utilisation", "beam_utilisation", needs=("youngs_modulus", "depth", "yield_strength")
     ),
 }
-"""Quantities that can be drawn on bars. Stress and utilisation are the largest values of the extreme fibre in each part."""
+"""Quantities that can be drawn along bars; stress and utilisation are the largest of the extreme fibre in each part."""
 
 
 @dataclass(frozen=True)

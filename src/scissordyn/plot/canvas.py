@@ -25,6 +25,7 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import xarray as xr
 
+# Names of the JavaScript files that `CANVAS_SCRIPT` consists of
 SCRIPT_FILES = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
 
 CANVAS_SCRIPT = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in SCRIPT_FILES)
@@ -143,7 +144,7 @@ def _channel(channel: Channel, joint: str) -> dict[str, Any]:
     }
 
 
-# Page of a film with its player; `page` fills it
+# HTML template of a film with its player; `page` fills it
 PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>

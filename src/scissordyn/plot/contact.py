@@ -13,7 +13,7 @@ from scissordyn.record.results import Curve, Run, along, curve_of, values_at
 from scissordyn.record.summary import actuator_limits
 
 TORQUE_VARIABLES = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
-"""Torque variable, dimension of its sources, and variable of its largest values, for actuators and motors."""
+"""Of actuators and motors: variable of the torque, dimension of its sources, variable of its largest values."""
 
 
 @dataclass(frozen=True)

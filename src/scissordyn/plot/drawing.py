@@ -36,10 +36,12 @@ BAR_FRACTION, PIN_FRACTION = 0.6, 0.45  # Width of bars and diameter of pins as 
 
 BAR_EDGES = BLUE, GREEN
 BAR_FILLS = "#b5d3ea", "#b0dfcd"
-"""Outlines and fills of bars and plates, which alternate between two colours."""
+"""Outline and fill colours of bars and plates, which alternate between two colours."""
 
+# Style of the hatched ground below a fixed pin, as arguments of matplotlib's `Rectangle`
 HATCH_STYLE: dict[str, Any] = {"facecolor": "white", "edgecolor": GREY, "hatch": "//////", "linewidth": 0.0}
 
+# Style of filled shapes in drawings of a mechanism, by kind of the shape
 AREA_STYLES: dict[str, dict[str, Any]] = {
     "block": {"facecolor": LIGHT, "edgecolor": BLACK, "linewidth": 0.9, "zorder": 1.8},
     "payload": {"facecolor": to_rgba(GREY, 0.45), "edgecolor": BLACK, "linewidth": 0.9, "zorder": 2.2},
@@ -52,8 +54,9 @@ LINE_STYLES: dict[str, dict[str, Any]] = {
     "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
     "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
 }
-"""Style of shapes by their kind."""
+"""Style of lines in drawings of a mechanism, by kind of the shape."""
 
+# Colour of the printed name of a part, by kind of the part
 NAME_COLOURS = {"joint": VERMILION, "guide": VERMILION, "component": PURPLE, "payload": BLACK}
 
 

@@ -16,7 +16,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.plot.style import SIZES, apply_layout, use_minus_signs
 
-FORMATS = ("png", "svg", "pdf")
+FORMATS = ("png", "svg", "pdf")  # File formats of pictures
 
 
 def check_format(format: str) -> None:

@@ -32,9 +32,9 @@ class Placing(NamedTuple):
     misleading_penalty: float = 25.0  # [-] penalty of a place at which a name seems to belong to another joint
 
 
-PLACING = Placing()
+PLACING = Placing()  # Distances by which the names of parts are placed in pictures
 
-NAME_SPACING = np.array([6.0, 1.5])  # Least horizontal and vertical distance between two names of a still [pt]
+NAME_SPACING = np.array([6.0, 1.5])  # Smallest horizontal and vertical distance between two names of parts in a still [pt]
 
 FILM_DISTANCES = (8.0, 12.0, 18.0, 26.0, 38.0, 54.0)  # Tried distances from a joint to the edge of its name, in films [pt]
 # Tried distances from a joint to the edge of its name, in stills [pt]

@@ -37,14 +37,14 @@ from scissordyn.plot.style import (
 from scissordyn.plugin.element import pointers, row_of
 
 DEFAULT_JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
-"""Default joint: that of `Clearance` with c = 0.5 mm."""
+"""Clearance joint in pictures of laws if none is given: that of `Clearance` with c = 0.5 mm."""
 
 OSCILLATION = 2e-6, 5.0
 """Amplitude [m] and frequency [Hz] of the slip in pictures of friction laws: a few bristle lengths, up to 63 um/s."""
 
 SLIP_SPEEDS = np.logspace(-6, 0, 400)  # Slip speeds of the steady sliding curve [m/s]
 
-COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)
+COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)  # Colours of the laws in a picture, in order
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
 """Line styles that distinguish laws of the same colour in a gallery."""
 

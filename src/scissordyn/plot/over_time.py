@@ -51,11 +51,12 @@ if TYPE_CHECKING:
 
 DEFAULT_BODY = "unit 1/bar 2"  # Body whose rotation is drawn if the mechanism has it: coupler of the first scissor unit
 
+# Variables of the slider's position and its two derivatives, by the label of their axis
 SLIDER = {"position": "slider_position", "velocity": "slider_velocity", "acceleration": "slider_acceleration"}
 ROTATION = {name: name.replace(" ", "_") for name in ("angle", "angular velocity", "angular acceleration")}
-"""Variables of a position and its two derivatives, by their axis labels."""
+"""Variables of a body's rotation and its two derivatives, by the label of their axis."""
 
-RPM = Scale(30.0 / math.pi, "rpm")
+RPM = Scale(30.0 / math.pi, "rpm")  # Conversion of rotational speeds from rad/s to rpm in pictures
 
 
 ENERGIES = (
@@ -88,11 +89,12 @@ ENERGIES = (
 ALWAYS_DRAWN = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_energy", "energy_residual")
 """Energies that are always drawn; the others are drawn only if they are not zero throughout."""
 
-NON_CONTACT_LOSSES = ("damper_loss", "switching_loss")  # Losses with which the panel "contacts" is called "losses"
+# Dissipated energies outside contacts; with them the panel "contacts" is called "losses"
+NON_CONTACT_LOSSES = ("damper_loss", "switching_loss")
 
 
 SECOND_RUN_STYLE: dict[str, Any] = {"color": VERMILION, "linewidth": LINE_WIDTH, "linestyle": (0, (5, 1.5)), "zorder": 3.0}
-"""Style of the second run: dashed and on top, so that both runs are visible where they agree."""
+"""Line style of the second of two compared runs: dashed and on top, so that both are visible where they agree."""
 
 WORKS = ("drive_work", "motor_work", "load_work")  # Variables whose sum is the work that `comparison` draws
 

@@ -42,6 +42,7 @@ __all__ = [
     "zero_one",
 ]
 
+# Style of dots in maps of motion (matplotlib): no line between them, no edge
 DOT_STYLE: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
 

@@ -32,7 +32,7 @@ KINDS = {
     "structure": "its mechanism",
     "bending": "bars that bend",
 }
-"""All pictures in order, each with what a run must have for it."""
+"""Names of all pictures of a report in order, each with what a run must contain for it; "" if nothing."""
 
 
 def check_kinds(only: Sequence[str] | None) -> None:

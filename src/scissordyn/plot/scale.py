@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PREFIX_POWERS = {"m": (-9, 0), "s": (-9, 0), "N": (-12, 9), "N m": (-12, 9), "J": (-12, 9), "W": (-12, 9), "Pa": (0, 9)}
-"""Smallest and largest power of ten among the prefixes of each unit; other units have no prefix."""
+"""Powers of ten of the smallest and the largest prefix of each SI unit, for axis labels; other units have no prefix."""
 
+# Translation table from digits and minus to superscripts, for powers of ten in axis labels
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -51,7 +52,7 @@ class Scale:
         return f"{self.text(value, digits)} {self.unit}".rstrip()
 
 
-DEGREES = Scale(180.0 / math.pi, "deg")
+DEGREES = Scale(180.0 / math.pi, "deg")  # Conversion of angles from rad to deg in pictures
 
 
 def engineering(unit: str, *values: ArrayLike) -> Scale:

@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 
 Joints: TypeAlias = "str | Sequence[str] | None"  # One joint, several, or None for the picture's own choice
 
-BEYOND_HORIZON = "beyond predictability horizon"  # Legend text of what is drawn pale or on a grey ground
+# Legend text of the part of a curve after the predictability horizon, drawn pale or on a grey ground
+BEYOND_HORIZON = "beyond predictability horizon"
 
 
 COMMON_PARAMETERS = {
@@ -50,10 +51,11 @@ COMMON_PARAMETERS = {
     "start": "start, end : float, optional\n    Start and end of the drawn part of the run [s]; by default the whole run.",
     "axes": "axes : Axes or iterable of Axes, optional\n    {} By default on a new figure.",
 }
-"""Descriptions of parameters that several plot functions have, for those whose docstring does not describe them."""
+"""Text about parameters that several plot functions have, for functions whose docstrings do not describe them."""
 
+# Pattern of the heading of a docstring's section, with its underline
 DOC_SECTION = re.compile(r"\n\n(Parameters|Returns|Raises)\n-+\n")
-DOC_ENTRY = re.compile(r"(?m)^(?=\w)")
+DOC_ENTRY = re.compile(r"(?m)^(?=\w)")  # Pattern of the start of an entry in a docstring's section: a line that is not indented
 
 AnyRun = TypeVar("AnyRun", bound=Run)
 Draw = TypeVar("Draw", bound=Callable[..., object])

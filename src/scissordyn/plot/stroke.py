@@ -15,23 +15,25 @@ from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY,
 if TYPE_CHECKING:
     import xarray as xr
 
-COLORS = (BLUE, VERMILION, GREEN, PURPLE, SKY, ORANGE)  # Colours of the curves in a panel; further curves are left out
+# Colours of the curves in a panel, in order; further curves are left out
+COLORS = (BLUE, VERMILION, GREEN, PURPLE, SKY, ORANGE)
 
 
+# Line style of the vertical line at each kind of singular position
 SINGULAR_LINE_STYLES = {"change point": (0, (5, 2)), "near change point": (0, (1, 2)), "locking position": "solid"}
 
-OVER_EXAMPLE = "over='time'"
+OVER_EXAMPLE = "over='time'"  # Correct option for the horizontal axis, which error texts show
 
 
 FORCES_OF = {"drive": "drives", "component": "components", "coupling": "couplings", "reaction": "joints"}
-"""Parts whose forces each panel of the static forces shows, in the order of the panels."""
+"""Dimension of the parts whose forces a panel of the static forces shows, by kind of force; in the order of the panels."""
 
 NAME_PREFIXES = {
     "drive": ("drive torque", "rod force ", "coordinate drive "),
     "coupling": ("coupling ",),
     "reaction": ("reaction ", "weld "),
 }
-"""First words of the force names in each panel; forces of components have other names."""
+"""First words of the names of forces in each panel of the static forces; forces of components have other names."""
 
 
 def kinematics(ideal: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:

@@ -43,13 +43,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-BOUND_COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)  # Colours of the lines on which requirements are just met
+# Colours of the lines in a map of a study on which requirements are just met, in order
+BOUND_COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)
 
 
+# Style of the points of a study in pictures (matplotlib): no line between them
 DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
 MET_COLOURS = LinearSegmentedColormap.from_list("met", colormaps["RdYlBu"](np.linspace(0.12, 0.88, 256)))
-"""Colours from "no requirement met" to "all met", without the darkest ends, on which marks would be invisible."""
+"""Colour map from "no requirement met" to "all met"; without the darkest ends, on which marks would be invisible."""
 
 
 @dataclass(frozen=True)

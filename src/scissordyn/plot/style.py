@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
 BLACK, GREY, LIGHT = "#222222", "#767676", "#E4E4E4"
 
-LINE_WIDTH = 1.0  # [pt] width of a curve
+LINE_WIDTH = 1.0  # [pt] width of curves in all pictures
 
 TIME_MAP = "plasma"  # Colour map of instants
 CLEARANCE_MAP = "viridis"  # Colour map of clearances and of other ordered families of curves
-OUTSIDE = VERMILION  # Colour of everything outside a tolerance or requirement
+OUTSIDE = VERMILION  # Colour of curves and points outside a tolerance or requirement
 
 
 class Sizes(NamedTuple):
@@ -61,14 +61,14 @@ class Sizes(NamedTuple):
     trail_frames: int = 12  # [frames] length of the journal's visible path in a GIF or MP4
 
 
-SIZES = Sizes()
+SIZES = Sizes()  # Sizes and counts in all pictures and films
 
-NO_BREAK_SPACE = "\u00a0"
+NO_BREAK_SPACE = "\u00a0"  # Blank at which a label is not wrapped to the next line
 
-SCALE_BAR = "scale bar"  # Identifier of the artists of a scale bar
+SCALE_BAR = "scale bar"  # Identifier that marks the matplotlib artists of a scale bar
 
 IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE_WIDTH, "linestyle": (0, (4, 3)), "zorder": 3.0}
-"""Style of curves of the ideal mechanism: dashed and on top, so that both curves are visible where they agree."""
+"""Line style of curves of the ideal mechanism: dashed and on top, so that both curves are visible where they agree."""
 
 LATEX_ESCAPES = str.maketrans(
     {
@@ -88,7 +88,7 @@ STYLES = {
     "double-column": ((7.48, 3.6), 8.75),
     "slides": ((10.0, 5.6), 18.0),
 }
-"""Width and height of figures [inch] and letter size [pt]; "screen" has matplotlib's defaults.
+"""Width and height of figures [inch] and letter size [pt] of each picture style; "screen" has matplotlib's defaults.
 
 Columns are 90 and 190 mm wide, as in most journals of mechanics; printed letters are then 7 pt (ticks, legends) and 8 pt
 (labels).
@@ -324,6 +324,7 @@ def draw_scale_bar(axes: Axes, turns: int = 0, *, factor: float = 1.0) -> None:
     )
 
 
+# Arrow along axis x or y of a rotated picture, by its number of quarter turns and the axis
 _ARROWS = {
     (turns, name): "→↑←↓"[(turns + (name == "y")) % 4]  # quarter turns are counter-clockwise
     for turns in range(4)

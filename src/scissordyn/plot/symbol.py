@@ -22,7 +22,7 @@ from scissordyn.plot.style import SIZES
 from scissordyn.record.placement import Placement
 from scissordyn.record.results import Run, values_at
 
-CIRCLE_ANGLES = np.linspace(0.0, 2.0 * math.pi, 97)
+CIRCLE_ANGLES = np.linspace(0.0, 2.0 * math.pi, 97)  # Angles of the points of a drawn circle [rad]
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,8 @@ from scissordyn.plot.style import (
     small,
 )
 
-PART_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)  # Colours of joints or tracked points, repeated in order
+# Colours of joints or tracked points in pictures of wear, repeated in order
+PART_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
 
 def _check(run: xr.Dataset) -> None:

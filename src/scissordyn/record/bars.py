@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)  # Nodes and weights of Gauss's rule on [-1, 1]
 
 
-SPAN_PARTS = 4  # Number of parts into which the span between two cross-sections is divided; moments are reported at their ends
+SPAN_PARTS = 4  # Number of parts of a bar's span between two cross-sections; bending moments are reported at the ends of parts
 
 
 PART_VARIABLES = (
@@ -48,7 +48,7 @@ PART_VARIABLES = (
     ("energy", "J", "strain energy by the internal forces (beam)"),
     ("deflection", "m", "deflection of the end, across the line between the ends of the bar (beam)"),
 )
-"""Name, unit and meaning of the variables of each part of a bar."""
+"""Name, unit and meaning of the variables that a run reports for each part of a bar."""
 
 
 class Resultants(NamedTuple):

@@ -31,7 +31,7 @@ METHODS = {
     "rodas4p": "hairer1996",
     TIME_STEPPING: "jean1999",
 }
-"""Publication that describes each method of integration, by the method's name in the statistics of a run."""
+"""Key of the publication about each integration method, by the method's name in the statistics of a run."""
 
 FORMULATION, EQUILIBRIUM = "jalon1994", "kelley1998"  # Publications on the coordinates and on the search for an equilibrium
 

@@ -116,6 +116,7 @@ def _origins(plan: Plan, record: Record) -> np.ndarray:
     return np.asarray(record.position - np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1))
 
 
+# Meaning, in a run, of the variables of the pressure-velocity product
 PV_TEXT = "product of mean pressure F_n/(2 R_J L_b) and slip speed"
 
 
@@ -328,7 +329,7 @@ ENERGIES = {
     "dissipated_energy": "dissipated energy",
     "energy_residual": "error of the energy balance",
 }
-"""Energies and works of a run, with their meanings."""
+"""Energy and work variables of a run, each with its meaning."""
 
 
 def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
@@ -348,7 +349,7 @@ def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     return variables
 
 
-ARRAY_BAR = re.compile(r"(unit \d+)/bar ([12])")  # Name of a bar in an array of scissor units
+ARRAY_BAR = re.compile(r"(unit \d+)/bar ([12])")  # Pattern of the name of a bar in an array of scissor units
 
 
 def synchronisation_variables(plan: Plan, record: Record) -> Variables:
@@ -380,6 +381,7 @@ def synchronisation_variables(plan: Plan, record: Record) -> Variables:
     }
 
 
+# Meaning, in a run, of the variable with the deployment angles of scissor units
 UNIT_TEXT = "deployment angle of the unit less that of the first one"
 
 

@@ -18,9 +18,9 @@ from scissordyn.record.results import Variables, described, labels
 from scissordyn.tolerance import DATA_TOL
 
 ENERGY_TERMS = (*POWERS, "switching_loss")
-"""Terms of the energy balance: integrals of powers, with the jumps at events, and energy that only events dissipate."""
+"""Names of the terms of the energy balance: time integrals of powers with jumps at events, and losses at events only."""
 
-# Columns of the event log with the largest values and integrals of a contact that has ended
+# Columns of the event log with largest values and integrals of a contact, filled at its end
 LARGEST = ("largest", "largest_time", "impulse", "damping_loss", "friction_loss", "struck", "struck_time")
 # Columns of the event log from which the table of contacts is made
 EVENT_COLUMNS = ("guard", "mode", "time", "rate", "angle", "mass", *LARGEST)
@@ -82,7 +82,7 @@ Compliant contacts have 0.
 """
 
 CONTACT_COLUMNS = (*(column for column, _, _ in CONTACTS.values()), *IMPACT)  # Columns of the table of contacts
-CONTACT_ROW = np.dtype([("joint", int), *((name, float) for name in CONTACT_COLUMNS)])  # Row of that table
+CONTACT_ROW = np.dtype([("joint", int), *((name, float) for name in CONTACT_COLUMNS)])  # Type of a row of the table of contacts
 
 
 def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.ndarray:
@@ -133,7 +133,8 @@ def contact_variables(plan: Plan, table: np.ndarray, step: float) -> Variables:
     }
 
 
-LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"  # Located largest forces; only compliant contacts
+# Variables of largest contact forces and their instants, located within steps; only for compliant contacts
+LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"
 
 
 def _impact_variables(plan: Plan, table: np.ndarray, step: float) -> Variables:

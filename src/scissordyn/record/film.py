@@ -19,15 +19,14 @@ from scissordyn.record.transmitted import in_chunks, recorded_ends
 from scissordyn.record.variable import Variable
 from scissordyn.warning import RunWarning, warning
 
-MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] Film thickness (lambda ratio) below which asperities touch
+MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] film thickness (lambda ratio) below which asperities of an oil film touch
 
-
+# Meaning, in a run, of the direction of least film thickness
 THINNEST = "direction of the thinnest place of the film in the bearing's body, at least_thickness_time"
-RECORDED = "at samples and ends of steps"
+RECORDED = "at samples and ends of steps"  # Part of a meaning: where the largest value of a film variable is sought
 SQUEEZE_TEXT = f"largest squeeze Reynolds number rho c |e'|/mu {RECORDED}"  # meaning of `squeeze_reynolds_number`
 
-
-AT_PEAK = "at the instant of the joint's largest force"
+AT_PEAK = "at the instant of the joint's largest force"  # Part of a meaning: the instant for which a film variable is reported
 
 
 def _films_over_time(plan: Plan, path: Trajectory) -> tuple[np.ndarray, dict[str, np.ndarray]]:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 GAUSS_NODES, GAUSS_WEIGHTS = gauss_rule(4)
 
 
-# Unit and meaning of the quantities along a flexible bar, by name
+# Unit and meaning of the quantities that are reported along a flexible bar, by name
 QUANTITIES = {
     "deflection": ("m", "distance from the line through the ends of the bar, towards +y of the bar"),
     "axial_force": ("N", "axial force, tension positive"),

@@ -17,9 +17,9 @@ from scissordyn.record.results import Run, along, values_at
 from scissordyn.record.transmitted import START_DURATION
 from scissordyn.units import short
 
-ESTIMATE = "an estimate, as contact is hard"
+ESTIMATE = "an estimate, as contact is hard"  # Accuracy of the largest force in a hard contact, as printed
 
-LATER_FORCE_RATIO_MAX = 0.9  # [-] largest force after the start / largest force; below this ratio both are reported
+LATER_FORCE_RATIO_MAX = 0.9  # [-] ratio of the largest force after the start to that of the run, up to which both are reported
 
 
 class Answer:

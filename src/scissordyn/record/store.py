@@ -20,7 +20,7 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import xarray as xr
 
-OTHER_FILES = {".toml": "read_case", ".db": "open_study"}  # Function that reads each kind of file that is not a run
+OTHER_FILES = {".toml": "read_case", ".db": "open_study"}  # Function that reads a file that is not a run, by file name ending
 
 
 @checked

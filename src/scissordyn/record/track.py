@@ -12,8 +12,9 @@ from scissordyn.record.results import Variables, described, labels
 from scissordyn.record.trajectory import Trajectory
 
 PARTS = ("servo", "bending", "clearance")
-"""Causes by which tracked points deviate from the commanded path, in the order in which they are added."""
+"""Causes of deviation of tracked points from the commanded path, in the order in which they are added to the mechanism."""
 
+# Meaning, in a run, of the settling time of a tracked point
 SETTLING = "instant from which the deviation of a tracked point stays within its tolerance"
 
 

@@ -57,7 +57,7 @@ has its `PEAK` columns. An event of a component has the dissipated energy [J] an
 """
 
 BAND = _rows("limit", "last_above", "first_within")
-"""Row of a quantity with a limit: the last instant above and the first instant at or below it [s]; NaN if there is none."""
+"""Row of a monitored quantity with a limit: last instant above it and first instant not above it [s]; NaN if there is none."""
 
 
 def by_name(rows: np.ndarray, described: np.dtype[np.void]) -> np.ndarray:

@@ -25,17 +25,27 @@ from scissordyn.record.deferred import Deferred, DeferredArray
 from scissordyn.record.results import Variables, described, labels
 from scissordyn.record.trajectory import Trajectory
 
+# Meaning, in a run, of the variables of joint forces
 FORCE_TEXT = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
+
+# Meaning, in a run, of the variables of joint moments
 MOMENT_TEXT = (
     "moment that the joint transmits, on the body of the journal about its centre, on the follower about the guided point"
 )
+
+# Meaning, in a run, of the largest joint forces
 PEAK_TEXT = "largest force that the joint transmits, at ideal ones at the samples and ends of steps"
+
+# Meaning, in a run, of the largest weld forces
 WELD_PEAK_TEXT = "largest force that the weld transmits, at the samples and ends of steps"
+
+# Last words of the meaning of largest forces after the starting phase
 AFTER_START_TEXT = "after the start, in which concentric journals fall through their clearances"
 
-CHUNK_ROWS = 4096  # [instants] largest number that is evaluated together, to limit the memory
+CHUNK_ROWS = 4096  # [instants] largest number at which joint forces are evaluated together, to limit the memory
 
-COARSE_SAMPLES = 201  # Largest number of samples evaluated beside the ends of steps, if the user requested no samples
+# Largest number of samples, in addition to ends of steps, for joint forces in a run without requested samples
+COARSE_SAMPLES = 201
 
 START_DURATION = 20.0
 """[times until all contacting joints have had a contact] Length of the starting phase, in which concentric journals fall.

@@ -46,7 +46,7 @@ BALANCE_ENERGIES = (
     "motor_work",
     "load_work",
 )
-"""Energies and works; the energy error of a run is compared with their largest change."""
+"""Energies and works whose largest change is the reference for the energy error of a run."""
 
 
 CARRIED_ERROR_MAX = 1e-6
@@ -55,7 +55,8 @@ CARRIED_ERROR_MAX = 1e-6
 It matters for motions without exchange of energy, such as a freely rotating body.
 """
 
-LIMIT_RATIO_MIN = 1.0 - EVENT_TOL  # [-] A controller is at its limit if torque / limit is at least this ratio
+# [-] smallest ratio of a controller's torque to its limit at which the controller counts as limited
+LIMIT_RATIO_MIN = 1.0 - EVENT_TOL
 
 
 def run_warnings(plan: Plan, run: Run, immobile: Iterable[str]) -> list[RunWarning]:
@@ -358,7 +359,7 @@ def _undetermined(run: Run) -> list[RunWarning]:
     return [warning("aligned", count=np.sum(instants), instants=instants.size, time=first, names=names)]
 
 
-EXPLANATION_PREFIX = "that means: "  # First words of the line that explains the previous warning
+EXPLANATION_PREFIX = "that means: "  # First words of a line that explains the warning before it
 
 
 def warnings_of(run: Run) -> list[RunWarning]:

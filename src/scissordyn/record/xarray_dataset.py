@@ -13,7 +13,7 @@ import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.record.results import Results, Run
 from scissordyn.record.variable import Variable
 
-STORES_DATA = "_data" in getattr(xr.Variable, "__slots__", ())  # True if variables of xarray store arrays in this slot
+STORES_DATA = "_data" in getattr(xr.Variable, "__slots__", ())  # True if xarray's variables store arrays in the slot `_data`
 
 
 class DatasetVariable(xr.Variable):

@@ -17,11 +17,11 @@ from scipy.special import betaincinv, stdtrit
 
 from scissordyn.tolerance import CONFIDENCE_LEVEL
 
-# [draws] number from the posterior distribution of each fraction; gives the ends of the sum's interval to 0.02 of its width
+# Number of draws from each fraction's posterior distribution; the sum's interval is accurate to 0.02 of its width
 POSTERIOR_DRAWS = 4000
-# [-] successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001))
+# [-] added to the successes and to the failures of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001))
 JEFFREYS_PRIOR = 0.5
-REGRESSION_PAIRS_MIN = 4  # [pairs of runs] smallest number for a regression, whose residuals need degrees of freedom
+REGRESSION_PAIRS_MIN = 4  # Smallest number of pairs of coarse and fine runs for a regression; residuals need degrees of freedom
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,8 @@ from scissordyn.studies.compute.store import COMPLETE, FAILED, PENDING, Store
 if TYPE_CHECKING:
     import pandas as pd
 
-STATUS_CODES = {"complete": COMPLETE, "failed": FAILED, "pending": PENDING}  # Stored status of a case by its name
+# Integer that a study's store saves for the status of a case, by name of the status
+STATUS_CODES = {"complete": COMPLETE, "failed": FAILED, "pending": PENDING}
 
 
 class Answers:

@@ -23,11 +23,13 @@ from scissordyn.studies.compute.table import column, number_scale
 from scissordyn.tolerance import REPORTED_FRACTION
 from scissordyn.warning import LISTED_MAX, RunWarning, warning
 
-FORM_NAMES = {"power": "power law", "linear": "straight line"}  # Names of the forms of trends in tables
-# [samples] smallest number in a suggested check of the recommended point: the interval of 64 successes of 64 begins at 94.4 %
+FORM_NAMES = {"power": "power law", "linear": "straight line"}  # Names of the forms of fitted trends, as tables print them
+# [samples] smallest count that a suggested check of a point uses: 64 successes of 64 prove at least 94.4 %
 CHECK_SAMPLES_MIN = 64
-SUGGESTED_TOLERANCE = "+- 10 %"  # Tolerance in the suggested check of a study without uncertain parameters
-INTERVAL_WIDTH_MAX = 0.2  # [-] width of the interval of a fraction above which more points are proposed
+
+# Tolerance of all parameters in the check that a report suggests for a study without uncertain parameters
+SUGGESTED_TOLERANCE = "+- 10 %"
+INTERVAL_WIDTH_MAX = 0.2  # [-] largest width of a success fraction's confidence interval without a proposal of more points
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-QUANTILE_LEVELS = (0.5, 0.95)  # Levels of the estimated quantiles
+QUANTILE_LEVELS = (0.5, 0.95)  # Probabilities of the quantiles that are estimated from coarse and fine runs
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,13 @@ from scipy.optimize import minimize
 from scissordyn.tolerance import DATA_TOL
 
 LENGTH_BOUNDS = (0.05, 20.0)
-"""[-] Correlation lengths in the unit cube: nothing between the points of a study is shorter, and longer ones are the same."""
+"""[-] Bounds of a Gaussian process's correlation lengths in the unit cube.
 
-NOISE_BOUNDS = (1e-8, 1e4)  # [-] variance of the noise as a fraction of the process's variance; 1e4 is noise alone
+No length between the points of a study is shorter than the first; lengths above the second one are equivalent.
+"""
+
+# [-] bounds of the noise's variance, as a fraction of the Gaussian process's variance; 1e4 is noise alone
+NOISE_BOUNDS = (1e-8, 1e4)
 
 
 class Process:

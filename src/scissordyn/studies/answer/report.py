@@ -110,7 +110,7 @@ class StudyPictures:
         return {requirement.response.name: requirement.bound for requirement in self._result.study.requirements}
 
 
-EXPORT_ENDINGS = (".csv", ".parquet", ".nc")  # File endings of exported tables
+EXPORT_ENDINGS = (".csv", ".parquet", ".nc")  # File name endings of the formats in which the table of a study is exported
 
 
 def table(results: xr.Dataset) -> pd.DataFrame:
@@ -164,6 +164,7 @@ def export(results: xr.Dataset, path: Path) -> Path:
     return write_file(path, content, sample=f"-o study{ending}")
 
 
+# CSS style sheet of the HTML report of a study
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 68rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 .scroll { overflow-x: auto; margin: 1rem 0; } table { border-collapse: collapse; }
@@ -188,7 +189,7 @@ h1, h2 { overflow-wrap: anywhere; }
 """
 
 HTML, PDF = b"<!doctype html>", b"%pdf-"
-FIRST_BYTES = {".html": HTML, ".htm": HTML, ".pdf": PDF}  # First bytes of a report in lower case, by its file ending
+FIRST_BYTES = {".html": HTML, ".htm": HTML, ".pdf": PDF}  # First bytes of a report, in lower case, by its file name ending
 
 SECTIONS = """
 {% for part in sections %}
@@ -203,8 +204,9 @@ SECTIONS = """
 {% if typed %}<code>{{ text }}</code>{% else %}{{ text }}{% endif %}</td>
 {% endfor %}</tr>{% endfor %}</table></div>{% for note in part.notes %}<p>{{ note }}</p>{% endfor %}{% endif %}{% endfor %}
 """
-"""HTML template of sections; the first line of a section without a title is bold, as it is an answer."""
+"""HTML template of the sections of a report; the first line of a section without a title is bold, as it is an answer."""
 
+# HTML template of the page that contains all sections of a report
 REPORT = """
 <!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 {# without a viewport a telephone shows the page as wide as a desk screen, and small #}
@@ -216,7 +218,7 @@ REPORT = """
 """
 
 
-NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")  # Characters that names of picture files do not have
+NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")  # Pattern of characters that the names of a report's picture files do not contain
 
 
 def figures(result: Answers) -> Iterator[tuple[str, Figure]]:

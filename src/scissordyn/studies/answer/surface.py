@@ -12,7 +12,7 @@ from scissordyn.studies.answer.verdict import slopes_of_points
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import POINTS_MIN
 
-SURFACE_DATA_MAX = 300  # [values and derivatives] of a surface, whose computing time grows with the third power of them
+SURFACE_DATA_MAX = 300  # [values and derivatives] largest number in a response surface; its computing time grows with the cube
 
 
 class Surface:

@@ -24,10 +24,10 @@ from scissordyn.tolerance import CONFIDENCE_LEVEL
 from scissordyn.units import counted
 from scissordyn.warning import LISTED_MAX
 
-# [-] smallest share of the variance, predicted with each point left out in turn, of a trend that is reported
+# [-] smallest predicted share of a reported trend: share of the variance when each point is left out in turn
 PREDICTED_SHARE_MIN = 0.5
-SHARE_MIN = 0.05  # [-] smallest difference between the predicted shares of two trends that counts
-BOOTSTRAP_RESAMPLES = 500  # [resamples] for the intervals of indices and for the frequencies of ranks
+SHARE_MIN = 0.05  # [-] smallest gain of predicted share with which a trend is preferred to the power law
+BOOTSTRAP_RESAMPLES = 500  # Number of bootstrap resamples for intervals of sensitivity indices and frequencies of ranks
 
 EXTRAPOLATION_RATIO_MAX = 10.0
 """Largest factor by which a parameter is extrapolated beyond its data if it enters a trend by its logarithm.

@@ -31,9 +31,11 @@ from scissordyn.studies.ask.distribution import Variation
 from scissordyn.studies.ask.distribution import from_plain as read_variation
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, check_unit
 
-# Subpackages that cannot change the result of a run; the fingerprint of a study leaves their sources out
+# Subpackages without effect on the result of a run; the fingerprint of a study omits their sources
 SUBPACKAGES_WITHOUT_RESULTS = ("cli", "plot", "config", "periodic", "analysis")
-UNCERTAIN_SEED_OFFSET = 2**32  # [-] added to the seed of uncertain parameters, so that they are independent of the design
+
+# [-] added to a study's seed for its uncertain parameters, so that they are independent of the design
+UNCERTAIN_SEED_OFFSET = 2**32
 
 Read = Mapping[Any, Callable[[Any], Any]]  # Functions that read values of some types
 

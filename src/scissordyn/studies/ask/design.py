@@ -15,12 +15,16 @@ from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.lookup import library
 from scissordyn.studies.ask.distribution import Interval, Names, Variation
 
-PHILOX_WORDS = 4  # [numbers] drawn at each count of the Philox generator
-INTEGER_MAX = 2**62  # largest seed and count: generators and SQLite take 64 bits, and an offset is added to seeds
-SEED_SAMPLE = "--seed 1, or seed = 1"
-MORRIS_SCALE = 0.99  # [-] factor that shrinks trajectories towards the middle of the unit cube, so that no quantile is infinite
-MORRIS_LEVELS = 4  # Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007).
-POINTS_MIN = 8  # [points] smallest number from which an index, a response or a correlation is estimated
+PHILOX_WORDS = 4  # Number of random numbers that each counter value of the Philox generator gives
+INTEGER_MAX = 2**62  # largest seed and sample count: random generators and SQLite take 64 bits, and an offset is added to seeds
+SEED_SAMPLE = "--seed 1, or seed = 1"  # Correct seeds, which error texts show
+
+# [-] factor that shrinks Morris's trajectories towards the middle of the unit cube; all quantiles are then finite
+MORRIS_SCALE = 0.99
+
+# Number of levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007).
+MORRIS_LEVELS = 4
+POINTS_MIN = 8  # Smallest number of points from which a sensitivity index, a response or a correlation is estimated
 
 
 @dataclass(frozen=True)
@@ -266,7 +270,8 @@ UNIT_CUBE_DESIGNS: Mapping[str, Callable[[Design, int, np.ndarray], np.ndarray]]
 )
 """Function that returns points in the unit cube (probabilities for the quantile functions), by kind of design."""
 
-DESIGNS = (*LEVEL_DESIGNS, *UNIT_CUBE_DESIGNS, "adaptive")
-INDEPENDENT = ("random", "latin-hypercube", "sobol")  # Designs whose points are a sample of the range
-SAMPLED = tuple(UNIT_CUBE_DESIGNS)  # Kinds of design whose number of points is chosen
-EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")  # Kinds of design to which points can be added
+DESIGNS = (*LEVEL_DESIGNS, *UNIT_CUBE_DESIGNS, "adaptive")  # Names of all kinds of designs of a study
+
+INDEPENDENT = ("random", "latin-hypercube", "sobol")  # Kinds of designs whose points sample the distributions of the parameters
+SAMPLED = tuple(UNIT_CUBE_DESIGNS)  # Kinds of designs for which the user chooses the number of points
+EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")  # Kinds of designs to which points can be added

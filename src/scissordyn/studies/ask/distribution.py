@@ -14,15 +14,15 @@ from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Meaning, documented
 
-GRID_LEVELS = 10  # [levels] of an interval in a grid, by default
+GRID_LEVELS = 10  # Default number of levels of an interval in a grid design
 
 PROBABILITY_MIN, PROBABILITY_MAX = 0.5 * np.finfo(float).epsneg, 1.0 - np.finfo(float).epsneg
-"""Probabilities that keep the quantiles of unbounded distributions finite."""
+"""[-] bounds of the probabilities at which quantile functions are evaluated, so that quantiles are finite"""
 
 DISTRIBUTIONS = ("uniform", "norm", "truncnorm", "lognorm", "triang", "trapezoid", "beta", "weibull_min")
-"""Distributions that an error suggests."""
+"""Names of SciPy's distributions that error messages suggest for varied parameters."""
 
-DISTRIBUTION_SAMPLE = "norm(loc=0.8, scale=0.02)"
+DISTRIBUTION_SAMPLE = "norm(loc=0.8, scale=0.02)"  # Correct distribution, which error texts show
 
 
 def _numbers(kind: str, values: Any) -> tuple[float, ...]:
@@ -243,10 +243,10 @@ class Empirical(Variation):
         return self.values[0], self.values[-1]
 
 
-KINDS = (Levels, Names, Interval, Distribution, Empirical)
+KINDS = (Levels, Names, Interval, Distribution, Empirical)  # Classes that describe how a parameter varies
 
 VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({variation.kind: variation for variation in KINDS})
-"""Classes of variations by their kind."""
+"""Classes that describe how a parameter varies, by the name of their kind."""
 
 for _public in (Levels, Names, Interval, Empirical):
     documented(_public)

@@ -19,7 +19,7 @@ from scissordyn.studies.ask.distribution import Distribution, within_tolerance
 from scissordyn.units import Meaning, Quantity, documented
 
 DIAMETERS = (1, 3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
-"""Limits of the ranges of nominal diameters [mm]; a range includes its upper limit, the first range its lower one too."""
+"""Limits of the ranges of nominal diameters in ISO 286 [mm]; a range includes its upper limit, the first both limits."""
 
 GRADES: Mapping[int, tuple[int, ...]] = MappingProxyType(
     {
@@ -32,7 +32,7 @@ GRADES: Mapping[int, tuple[int, ...]] = MappingProxyType(
         11: (60, 75, 90, 110, 130, 160, 190, 220, 250, 290, 320, 360, 400),
     }
 )
-"""Width of the tolerance field by grade and range of diameters [um]."""
+"""Width of the tolerance field in each range of diameters [um], by tolerance grade of ISO 286."""
 
 DEVIATIONS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
@@ -42,11 +42,11 @@ DEVIATIONS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "h": (0,) * 13,
     }
 )
-"""Distance of the upper limit of a shaft below the nominal diameter [um]."""
+"""Distance of a shaft's upper limit below the nominal diameter in each range of diameters [um], by letter of ISO 286."""
 
-FIT_TEXT = re.compile(r"\s*([A-Za-z]+)(\d+)\s*/\s*([A-Za-z]+)(\d+)\s*")  # Hole and shaft with their grades: H7/g6
+FIT_TEXT = re.compile(r"\s*([A-Za-z]+)(\d+)\s*/\s*([A-Za-z]+)(\d+)\s*")  # Pattern of an ISO 286 fit of hole and shaft: H7/g6
 
-SAMPLE = "'H7/g6 at 10 mm'"  # Example of a fit in error messages
+SAMPLE = "'H7/g6 at 10 mm'"  # Correct fit, which error texts show
 
 
 @documented

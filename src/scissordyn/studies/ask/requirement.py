@@ -20,13 +20,14 @@ from scissordyn.run.response import LOAD_KINDS, Response, read_response
 from scissordyn.studies.ask.design import Design
 from scissordyn.studies.ask.distribution import Levels, Names, Variation
 
+# Comparison function of NumPy arrays, by the sign in a requirement
 SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 
 LOAD_MEASURES = frozenset(name for name, measure in MEASURES.items() if measure.units == LOAD_UNIT)
 """Measures of forces and torques, whose unit is that of the component, coupling or drive of a coordinate."""
 
 SHORTFALL = {"settling_time": ("end_track_deviation", "not settled: off by {} at the end")}
-"""Measures of events that may not happen, each with the measure that is printed instead and its text."""
+"""Measures of events that may not happen, each with the measure and text that are printed instead."""
 
 
 @dataclass(frozen=True)
@@ -178,6 +179,7 @@ def whole_responses(results: xr.Dataset, measure: str) -> list[Response]:
     return [Response(measure, unit=unit) for unit in units] if len(units) > 1 else [Response(measure)]
 
 
+# Pattern of the statistic of uncertain parameters that a search improves, such as "cvar 95 %"
 RISK = re.compile(r"(mean|worst)|(quantile|cvar)\s+(\d+(?:\.\d+)?)\s*%")
 
 
@@ -205,7 +207,7 @@ class Goal:
         return f"{'maximise' if self.maximise else 'minimise'} {self.response.name}"
 
 
-SEARCHES = ("evolution", "gradient")  # Methods of a search
+SEARCHES = ("evolution", "gradient")  # Names of the methods that search for an optimum
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,10 @@ from scissordyn.run.engine import STOP_SECONDS, EngineError, block_signals
 from scissordyn.studies.compute.jobs import ANSWER_SECONDS_MAX, Jobs, remove_left_behind
 
 CERTIFICATE_ATTRIBUTES = ("_job_ca_file", "_job_cert", "_job_key")
-"""Attributes of dask-jobqueue with temporary files of certificates, which it would keep until this process ends."""
+"""Attributes of dask-jobqueue with temporary certificate files, which would otherwise remain until this process ends."""
 
 LOGGERS = ("distributed", "distributed.client", "tornado.application", "asyncio")
-"""Loggers, each with a level of its own, that print lost results and a traceback of each task that is cancelled."""
+"""Names of loggers that print lost results and a traceback of each cancelled task; each has a level of its own."""
 
 
 @contextmanager

@@ -24,14 +24,19 @@ from scissordyn.studies.ask.requirement import response_values
 from scissordyn.tolerance import CONVERGENCE_TOL, STANDARD_ERRORS_MAX
 from scissordyn.units import checked
 
-TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # Tolerances from coarse to fine; each is compared with the next two
+# Tolerances of a convergence study, coarse to fine; each is compared with the next two
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 
 STEPS = tuple(2.0**k for k in range(4, -4, -1))
-"""Step sizes of time stepping from coarse to fine, divided by the automatic step size, or by a shorter requested one."""
+"""Step sizes of a convergence study of time stepping, coarse to fine, as multiples of the automatic one.
 
-MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Modes of each bar that bends, from coarse to fine
-AGREEING_LEVELS = 2  # [levels] number of finer levels that a level must agree with: two wrong values may agree by chance
+If the user requested a shorter step, they are multiples of that.
+"""
 
+MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Mode counts of each flexible bar in a convergence study, coarse to fine
+AGREEING_LEVELS = 2  # Number of finer levels that a converged level agrees with: two wrong values may agree by chance
+
+# Pattern of a measure with the accuracy that a convergence study looks for, "A.peak_force within 2 %"
 ACCURACY_TEXT = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
 
 

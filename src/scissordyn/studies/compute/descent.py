@@ -11,9 +11,10 @@ from scissordyn.sensitivity.gradient import exact_options, slopes_of
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import quantiles
 
-DIFFERENCE_STEP = 1e-3  # [ranges] Step of the differences of points, whose goals have errors of about the runs' tolerance
-QUANTILE_STEP = 1e-6  # [-] Step of the differences of quantile functions, which are smooth
-GOAL_TOL = 1e-8  # Relative change of the goal, and sum of violations, below which the search ends; errors of runs are similar
+# [parameter ranges] Step of finite differences of a search's goals, whose errors are about the runs' tolerance
+DIFFERENCE_STEP = 1e-3
+QUANTILE_STEP = 1e-6  # [-] Step in probability of finite differences of quantile functions, which are smooth
+GOAL_TOL = 1e-8  # [-] Relative change of the goal, and sum of violations, at which a search ends; about the error of runs
 
 
 class _MissingPointError(Exception):

@@ -29,15 +29,18 @@ from scissordyn.studies.compute.slopes import with_slopes
 from scissordyn.studies.compute.store import COMPLETE, FAILED, PENDING, BlockResult, Store
 from scissordyn.studies.compute.table import CHUNK_CASES_MAX, SLOPES, column
 
-BLOCK_SECONDS = 3.0  # [s] computing time of a block: far above the cost of a task, and short enough to be lost
+# [s] target computing time of a block of cases: far above the cost of a task, and little work lost in a crash
+BLOCK_SECONDS = 3.0
 
 TASK_SECONDS = 1e-2
-"""Processor time of a task in the scheduler and the coordinator [s]: docs/decisions/measured/studies.md, with a margin for slow
-or busy machines."""
+"""Processor time of the scheduler and the coordinator for each task [s]: measured, docs/decisions/measured/studies.md.
 
-BUSY_FRACTION_MAX = 0.5  # [-] fraction of the time that a scheduler may be busy; blocks for very many workers are longer
-WORKER_BLOCKS_MIN = 4  # [blocks] smallest number per worker, so that no worker waits long for the last block
-TIMED_CASES = 8  # [cases] number of cases that are timed to choose the size of a block
+It has a margin for slow or busy machines.
+"""
+
+BUSY_FRACTION_MAX = 0.5  # [-] largest fraction of the time that a scheduler may be busy; for many workers, blocks become longer
+WORKER_BLOCKS_MIN = 4  # Smallest number of blocks of cases per worker, so that no worker waits long for the last block
+TIMED_CASES = 8  # Number of cases that are timed to choose the number of cases in a block
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from scissordyn.studies.compute.store import Store
 from scissordyn.studies.compute.table import column
 from scissordyn.studies.estimate import correlation, split
 
-# Designs whose points are independent enough for intervals, and to which points can be added
+# Kinds of designs with points independent enough for intervals, and to which points can be added
 VERIFIABLE_DESIGNS = ("random", "sobol")
 
 

@@ -16,17 +16,18 @@ from typing import Any
 from scissordyn.file.output_file import lock_file
 from scissordyn.run.engine import EngineError
 
-POLL_SECONDS = 5.0  # Time between two queries of the queue [s]: it serves many users
-ANSWER_SECONDS_MAX = 20.0  # [s] longest time to the answer of a scheduler or of a queue
+POLL_SECONDS = 5.0  # Time between two queries of the job queue [s], which serves many users
+ANSWER_SECONDS_MAX = 20.0  # [s] longest wait for the answer of a scheduler or of a job queue
 
 STUCK_SECONDS = 60.0
-"""Time for which all jobs wait for a lasting reason before the command gives up [s]; Slurm's scheduler runs once a minute."""
+"""Longest time for which all jobs may wait for a lasting reason [s]; Slurm's scheduler runs once a minute."""
 
-FRUITLESS_ROUNDS_MAX = 3  # Times that all jobs may end without a finished block before no new ones are submitted
+FRUITLESS_ROUNDS_MAX = 3  # Largest number of times that all jobs end without a finished block before no more are submitted
 
 QUERIES = {"slurm": ("squeue", "--noheader", "--format=%i|%T|%r", "--user")}
-"""Commands that list a user's jobs with number, state and reason, by queueing system."""
+"""Commands that list a user's jobs with job number, state and reason, by queueing system."""
 
+# Slurm's states of jobs that have ended
 ENDED_STATES = (
     "BOOT_FAIL",
     "CANCELLED",
@@ -38,7 +39,7 @@ ENDED_STATES = (
     "PREEMPTED",
     "TIMEOUT",
 )
-WAITING_STATES = ("PENDING", "REQUEUED", "REQUEUE_HOLD", "SUSPENDED")
+WAITING_STATES = ("PENDING", "REQUEUED", "REQUEUE_HOLD", "SUSPENDED")  # Slurm's states of jobs that wait
 
 LASTING_REASONS = (
     *("PartitionConfig", "PartitionDown", "PartitionInactive", "PartitionNodeLimit", "PartitionTimeLimit", "BadConstraints"),
@@ -46,7 +47,8 @@ LASTING_REASONS = (
 )
 """Slurm's reasons for which a job waits until somebody changes the job or the machine."""
 
-CERTIFICATE_PREFIX, SCRIPT_PREFIX = ".dask-jobqueue.worker.", ".scissordyn-job."  # First characters of file names
+# First characters of the names of certificate files and job scripts
+CERTIFICATE_PREFIX, SCRIPT_PREFIX = ".dask-jobqueue.worker.", ".scissordyn-job."
 
 
 class Jobs:

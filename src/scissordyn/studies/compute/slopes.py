@@ -18,8 +18,8 @@ from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.requirement import response_values, whole_responses
 from scissordyn.studies.compute.table import SLOPE_BY, SLOPE_OF, SLOPES
 
-NO_SLOPE = "no derivative of "  # First words of the line, among the warnings of a case, that gives the reason
-CHANGE = 1e-3  # Relative change of a number up to which a derivative has to be valid, as in `gradient`
+NO_SLOPE = "no derivative of "  # First words of a case's warning that gives the reason for a missing derivative
+CHANGE = 1e-3  # [-] relative change of a parameter up to which a derivative must be valid, as in `gradient`
 
 
 def with_slopes(study: Study, runs: xr.Dataset) -> xr.Dataset:

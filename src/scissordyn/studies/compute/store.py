@@ -23,14 +23,19 @@ from scissordyn.studies.compute import table
 from scissordyn.warning import LISTED_MAX
 
 PENDING, COMPLETE, FAILED = range(len(STATUSES))  # Status of a case; one without a row is pending
-FORMAT_VERSION = 3  # `user_version` of the file
-APPLICATION_ID = 0x73636973  # `application_id` of the file, "scis"
+FORMAT_VERSION = 3  # SQLite's `user_version` of a study's file: version of its format
+APPLICATION_ID = 0x73636973  # SQLite's `application_id` of a study's file, "scis"
 
-NOTE_NAMES = ("study", "fingerprint", "columns", "block", "cases")  # Names of the notes of a store
-TIME_NAMES = ("seconds", "integration_seconds", "cases", "attempts")  # Times and counts that are stored for each block
-TEXTS = {"cause": "why a case failed", "warnings": "of a complete case, one a line"}  # Meaning of the columns of text
+# Names of the values that a study's file stores once, about all cases
+NOTE_NAMES = ("study", "fingerprint", "columns", "block", "cases")
 
-LOCK_SECONDS_MAX = 60.0  # [s] longest time that a writer waits for readers
+# Names of times and counts that a study's file stores for each block of cases
+TIME_NAMES = ("seconds", "integration_seconds", "cases", "attempts")
+
+# Meaning of the text columns of a study's table of cases, by name
+TEXTS = {"cause": "why a case failed", "warnings": "of a complete case, one a line"}
+
+LOCK_SECONDS_MAX = 60.0  # [s] longest time that a writer of a study's file waits for readers
 
 
 class StoreError(ScissordynError):

@@ -18,20 +18,31 @@ import xarray as xr
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.studies.ask.description import Study
 
-CHUNK_CASES_MAX = 100_000  # [cases] in memory at once: in a block of a worker, or read from the file
-COLUMNS_MAX = 1900  # [columns] SQLite has at most 2000 in a table; wider cases are the bytes of one column
-FIRST_COLUMNS = ("number", "status", "cause", "warnings", "digest")  # Columns of the table of cases before its values
-READ_ERRORS = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)  # Errors of reading a file with changed bytes
-ROW = Struct("<qb")  # Number and status of a case, as they enter its digest
+CHUNK_CASES_MAX = 100_000  # Largest number of cases in memory at once: in a worker's block, or read from a study's file
 
-NAN = float("nan")
+# Largest number of columns of numbers in a study's file; SQLite has at most 2000. More are packed into one column
+COLUMNS_MAX = 1900
+
+# Columns of a study's table of cases before the columns of numbers
+FIRST_COLUMNS = ("number", "status", "cause", "warnings", "digest")
+
+# Errors that SQLite and Python raise for a study's file with damaged bytes
+READ_ERRORS = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)
+ROW = Struct("<qb")  # Binary format of a case's number and status for its digest
+
+NAN = float("nan")  # Not a number, for NULL in a study's file
 
 SLOPES = "derivative"
-"""Variable with the derivatives of responses (dimension `SLOPE_OF`) by varied numbers (`SLOPE_BY`); NaN where not valid."""
+"""Variable of a study's Dataset with derivatives of responses (dimension `SLOPE_OF`) by varied parameters (`SLOPE_BY`).
+
+It is NaN where a derivative is not valid.
+"""
+
+# Dimensions of the derivatives in a study's Dataset: responses, and varied parameters
 SLOPE_OF, SLOPE_BY = "derivative_of", "derivative_by"
 
-CHANGED = "not what was written"  # reason why a row of the table of cases is damaged: its digest differs
-UNREADABLE = "cannot be read"  # reason why a row of the table of cases is damaged: SQLite cannot read it
+CHANGED = "not what was written"  # reason why a row of a study's table is damaged: its digest differs
+UNREADABLE = "cannot be read"  # reason why a row of a study's table is damaged: SQLite cannot read it
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ from scissordyn.components.time_function import Factor
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Pairs, Quantity
 
+# Units and help text of the torque curve of the load
 CURVE = Pairs(("angles", "torques"), ("rad", "N m"), help="the torque over the angle against the base, turns counted")
 
-SCALARS = ("acts", "transition", "periodic", "count")  # parameters before those of the knots
-FIRST_KNOT = len(SCALARS)
+SCALARS = ("acts", "transition", "periodic", "count")  # names of the kernel's parameters before the table of knots
+FIRST_KNOT = len(SCALARS)  # Index of the first knot in the kernel's parameters
 
 
 @kernel

@@ -16,8 +16,8 @@ from scissordyn.units import Quantity
 # Gauss points and weights on 0 .. 1, exact to degree 7
 _OUTER, _INNER = 0.5 * math.sqrt(3 / 7 + 2 / 7 * math.sqrt(6 / 5)), 0.5 * math.sqrt(3 / 7 - 2 / 7 * math.sqrt(6 / 5))
 _WEIGHT_OUTER, _WEIGHT_INNER = (18.0 - math.sqrt(30.0)) / 72.0, (18.0 + math.sqrt(30.0)) / 72.0
-_POINTS = (0.5 - _OUTER, 0.5 - _INNER, 0.5 + _INNER, 0.5 + _OUTER)
-_WEIGHTS = (_WEIGHT_OUTER, _WEIGHT_INNER, _WEIGHT_INNER, _WEIGHT_OUTER)
+_POINTS = (0.5 - _OUTER, 0.5 - _INNER, 0.5 + _INNER, 0.5 + _OUTER)  # Gauss points on 0 .. 1
+_WEIGHTS = (_WEIGHT_OUTER, _WEIGHT_INNER, _WEIGHT_INNER, _WEIGHT_OUTER)  # Gauss weights on 0 .. 1
 
 
 def force(

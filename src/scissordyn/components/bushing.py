@@ -43,7 +43,10 @@ def force(
     )
 
 
+# Unit, bounds and help text of a bushing's stiffness
 STIFFNESS = Quantity("N/m", minimum=0.0, maximum=1e15, help="stiffness along an axis of the start's body, K_xx or K_yy")
+
+# Unit, bounds and help text of a bushing's damping
 DAMPING = Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping along an axis of the start's body, D_xx or D_yy")
 
 

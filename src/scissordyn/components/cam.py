@@ -18,11 +18,12 @@ from scissordyn.interpolation import periodic_spline
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Pairs, Quantity
 
+# Units and help text of a cam's profile
 PROFILE = Pairs(("angles", "radii"), ("rad", "m"), help="radius of the cam over the angle from its body's x axis, a whole turn")
 
 
-PITCH_NODES = 720  # Number of nodes of the pitch curve in the table of the kernels
-PROFILE_POINTS = 5760  # Number of points of the profile from which the pitch curve is computed
+PITCH_NODES = 720  # Number of nodes of a cam's pitch curve in the table of the kernels
+PROFILE_POINTS = 5760  # Number of points of a cam's profile from which the pitch curve is computed
 
 
 @kernel

@@ -22,7 +22,7 @@ COMPONENT_FILES = (
     *("force", "drag", "torque", "stroke_load", "angle_load", "motor", "tabulated_motor", "linear_motor", "actuator"),
     *("angle_stop", "travel_stop", "cam", "edge_contact", "rod", "latch"),
 )
-"""Component files, in the order of their tables in a case file."""
+"""Names of the files with component classes, in the order of their tables in a case file."""
 
 COMPONENTS: Mapping[str, type[Component]] = MappingProxyType(
     {
@@ -31,7 +31,7 @@ COMPONENTS: Mapping[str, type[Component]] = MappingProxyType(
         for kind in declared_in(import_module(f"scissordyn.components.{file}"))
     }
 )
-"""Component classes by section."""
+"""Component classes by the name of their table in a case file."""
 
 
 def component_class(reference: str, folder: Path) -> Any:

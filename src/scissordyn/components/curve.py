@@ -12,9 +12,9 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Pairs
 
-KNOT_SIZE = 4  # Number of values per knot: place, value, slope, and integral from the first knot
+KNOT_SIZE = 4  # Number of values per knot of a characteristic curve: place, value, slope, and integral from the first knot
 
-ACTS = ("both", "forward", "backward")  # Senses of motion in which a load acts; kernels get the index
+ACTS = ("both", "forward", "backward")  # Senses of motion in which a load can act; kernels get the index
 
 Acts = Annotated[Literal["both", "forward", "backward"], Meaning("in both senses of the motion, or in one")]
 

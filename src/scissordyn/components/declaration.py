@@ -23,7 +23,7 @@ from scissordyn.plugin.element import arguments_of, check_names, pointer_of, poi
 from scissordyn.plugin.user_file import note_origin
 from scissordyn.units import State, check_quantities, documented, quantities
 
-COMPONENT_PARAMETERS_MAX = 64  # Largest number of parameters of a component, including those of its table
+COMPONENT_PARAMETERS_MAX = 64  # Largest number of parameters of a component's kernel, including entries of its table
 
 CONTEXT = (
     *("time", "factor", "mode", "approach_speed", "factor_rate", "differences", "reaction", "effective_mass"),
@@ -44,15 +44,15 @@ CONTACT_OUTPUTS = (
 )
 """Outputs of a contact with laws, which follow its energies."""
 
-LAW_KINDS = ("stiffness", "damping", "friction")  # Fields of a contact whose values are laws
+LAW_KINDS = ("stiffness", "damping", "friction")  # Parameters of a contact component whose values are laws
 
 ENERGY = ("energy", "dissipation")
-"""Results of a passive component's kernel after its forces: stored energy [J] and dissipated power [W]."""
+"""Names of the results of a passive component's kernel after its forces: stored energy [J] and dissipated power [W]."""
 
 # Source of components that follow from the equations of motion alone, such as springs and rods
 TEXTBOOK = "García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0"
 
-POINT = 'a point, as "BODY.POINT" or "ground.POINT"'  # Meaning of a field that names a point
+POINT = 'a point, as "BODY.POINT" or "ground.POINT"'  # Help text of component parameters that name a point
 MEANINGS: Mapping[str, str] = {
     "name": "name, unique among its kind",
     **dict.fromkeys(("start", "end", "point", "sensor", "sensor_origin"), POINT),
@@ -61,10 +61,10 @@ MEANINGS: Mapping[str, str] = {
     "controller": "scissordyn controllers lists them",
     "time_function": "a factor over time, 1 without it",
 }
-"""Meanings of fields that several components have, unless an annotation gives another one."""
+"""Help texts of parameters that several components have, by name; an annotation of a component has priority."""
 
 SUPPLY = ("supply",)
-"""Result of a supplied component's kernel after `ENERGY`: the power [W] that the component is given."""
+"""Name of the result of a powered component's kernel after `ENERGY`: the power supplied to the component [W]."""
 
 
 @dataclass(frozen=True)

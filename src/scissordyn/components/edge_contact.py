@@ -26,7 +26,7 @@ from scissordyn.laws.material import STEEL, Material
 from scissordyn.plugin.element import numbers, pointers, row_of
 from scissordyn.units import Meaning, Quantity
 
-UNLIMITED = -1.0  # Length of an edge without ends, in the parameters of the kernels
+UNLIMITED = -1.0  # Value of the kernel parameter `length` [m] for an edge without ends
 
 
 @kernel

@@ -11,10 +11,12 @@ AxialStiffness = Annotated[float, Quantity("N", above=0.0, maximum=1e18, help="a
 BendingStiffness = Annotated[float, Quantity("N m^2", above=0.0, maximum=1e18, help="bending stiffness EI")]
 Depth = Annotated[float, Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")]
 Modulus = Annotated[float, Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")]
-# Values to change instead of a bar's mass per length, for the message of a parameter path
+# Parameters that errors suggest to change instead of a flexible bar's mass per length
 SECTION_OR_MATERIAL = "the section or material of the bar, from which the masses of its cross-sections follow, too"
 YieldStrength = Annotated[float, Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")]
 Damping = Annotated[float, Quantity("s", minimum=0.0, maximum=1e3, help="damping time tau: loss factor over angular frequency")]
+
+# Unit, bounds and help text of thermal expansion
 EXPANSION = Quantity("1/K", minimum=0.0, maximum=1e-2, help="coefficient of thermal expansion alpha")
 Expansion = Annotated[float, EXPANSION]
 Warmer = Annotated[float, Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature Delta T over that of assembly")]

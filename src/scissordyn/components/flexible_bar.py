@@ -11,6 +11,7 @@ from scissordyn.components.time_function import Factor
 from scissordyn.errors import InputError
 from scissordyn.units import Meaning, Quantity
 
+# Unit, bounds and help text of the number of bending modes
 MODES = Quantity(
     "1",
     minimum=0,

@@ -12,6 +12,7 @@ from scissordyn.components.time_function import Factor
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs
 
+# Units and help text of the motor's force curve
 CURVE = Pairs(("speeds", "forces"), ("m/s", "N"), help="the force that pushes over the speed at which it extends")
 
 

@@ -16,7 +16,8 @@ from scissordyn.laws.friction.coefficients import Kinetic, Viscous
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.units import Quantity, State
 
-BRISTLES = (State("bristles", "1", scale=0.1),)  # sigma_0 z, the part of the friction coefficient that bent bristles exert
+# internal state: share of the friction coefficient that bent bristles exert, sigma_0 z
+BRISTLES = (State("bristles", "1", scale=0.1),)
 
 
 @kernel

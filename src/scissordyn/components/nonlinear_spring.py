@@ -11,6 +11,7 @@ from scissordyn.components.port import LINE, Output
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity
 
+# Units and help text of the spring's force curve
 CURVE = Pairs(("lengths", "forces"), ("m", "N"), help="tension over length; a spring that pushes has negative forces")
 
 

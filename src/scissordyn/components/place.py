@@ -6,7 +6,7 @@ from typing import Annotated
 
 from scissordyn.units import Meaning
 
-GROUND = "ground"  # Name under which joints and components refer to the fixed frame
+GROUND = "ground"  # Name of the fixed frame in references of joints and components
 Point = tuple[float, float]  # Coordinates in a body's frame, or in the fixed frame [m]
 
 BodyPoint = tuple[str, str]

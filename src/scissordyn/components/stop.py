@@ -12,7 +12,7 @@ from scissordyn.units import Quantity
 Exponent = Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")]
 Restitution = Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")]
 
-START_DEPTH_FRACTION = 0.01  # Largest initial indentation of a cam or an edge, as a fraction of its size
+START_DEPTH_FRACTION = 0.01  # Largest initial indentation of a cam or an edge contact, as a fraction of its size
 
 
 @kernel

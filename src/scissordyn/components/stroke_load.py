@@ -12,6 +12,7 @@ from scissordyn.components.time_function import Factor
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity
 
+# Units and help text of the load's force curve
 CURVE = Pairs(("travels", "forces"), ("m", "N"), help="the force over the coordinate of the point along the direction")
 
 

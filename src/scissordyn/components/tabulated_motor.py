@@ -12,6 +12,7 @@ from scissordyn.components.time_function import Factor
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity
 
+# Units and help text of the motor's torque curve
 CURVE = Pairs(("speeds", "torques"), ("rad/s", "N m"), help="the torque over the motor's speed, also below zero")
 
 

@@ -14,8 +14,8 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity
 
-SCALARS = ("free_angle", "straight", "negative", "positive")  # parameters before those of the tables
-FIRST_PAIR = len(SCALARS)
+SCALARS = ("free_angle", "straight", "negative", "positive")  # names of the kernel's parameters before its tables
+FIRST_PAIR = len(SCALARS)  # Index of the first pair of values in the kernel's parameters
 
 
 @kernel

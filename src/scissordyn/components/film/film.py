@@ -24,9 +24,11 @@ from scissordyn.components.port import FRAME, Output
 from scissordyn.laws.material import STEEL
 from scissordyn.units import Meaning, Quantity
 
-MODELS = ("finite", "short", "long")  # Bearing models; the kernel gets the index
+MODELS = ("finite", "short", "long")  # Names of the bearing models of an oil film; the kernel gets the index
+
+# Names of the kernel's parameters before the table of film forces
 SCALARS = ("viscosity", "clearance", "radius", "length", "roughness", "modulus", "model", "full")
-FIRST_TABLE_VALUE = len(SCALARS)  # index in the kernel's parameters of the first number of the table of film forces
+FIRST_TABLE_VALUE = len(SCALARS)  # index of the first entry of the table of film forces in the kernel's parameters
 
 
 def force(
@@ -94,7 +96,7 @@ def force(
     return fx, fy, torque, energy, lost, thickness, pressure, lost, away, tension, squeeze, sliding, carried
 
 
-LENGTH = {"above": 0.0, "maximum": 10.0}  # Bounds of lengths [m]
+LENGTH = {"above": 0.0, "maximum": 10.0}  # Bounds of an oil film's lengths [m]
 
 
 @component(

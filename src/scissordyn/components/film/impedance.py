@@ -15,27 +15,27 @@ import numpy as np
 
 from scissordyn.kernel import kernel
 
-TABLE = Path(__file__).parent / "finite.npz"  # Impedances of finite bearings, computed by `reynolds`
+TABLE = Path(__file__).parent / "finite.npz"  # File with the impedances of finite bearings, computed by `reynolds`
 
 GAPS, DIRECTIONS = 20, 33
-"""Number of nodes of a table: by the square root of the least film thickness, and by the direction psi from 0 to pi."""
+"""Numbers of nodes of the impedance table: by root of least film thickness, and by direction psi from 0 to pi."""
 
-TABLE_THICKNESS_MIN = 1e-3  # [clearances] least film thickness of the table; below, impedances grow as those of a long bearing
+TABLE_THICKNESS_MIN = 1e-3  # [clearances] least film thickness in the impedance table; below, a long bearing's growth is used
 
 POWERS = 1.5, 1.0, 2.0
-"""Powers of one over the film thickness with which radial force, tangential force and pressure grow towards contact.
+"""Exponents of one over the film thickness: growth of radial force, tangential force and pressure towards contact.
 
 Tables contain the values without this growth.
 """
 
-DIRECTION_WIDTH = 0.15  # [rad] range of psi about pi/2 with the closest nodes: there the film passes from one side to the other
+DIRECTION_WIDTH = 0.15  # [rad] range of psi about pi/2 with the closest table nodes: the film passes to the other side there
 
 DIRECTION_SPAN = math.asinh(0.5 * math.pi / DIRECTION_WIDTH)
 """asinh(pi/(2 DIRECTION_WIDTH)): half the range of asinh((psi - pi/2)/DIRECTION_WIDTH); columns are equally spaced in it."""
 
-THICKNESS_ROOT_MIN = math.sqrt(TABLE_THICKNESS_MIN)  # Square root of the least film thickness of the table
+THICKNESS_ROOT_MIN = math.sqrt(TABLE_THICKNESS_MIN)  # Square root of the least film thickness in the impedance table
 
-TABLE_WIDTH = DIRECTIONS + 2  # Number of columns of a padded table (`padded`)
+TABLE_WIDTH = DIRECTIONS + 2  # Number of columns of the padded impedance table (`padded`)
 
 
 def eccentricities() -> np.ndarray:

@@ -21,4 +21,4 @@ from scissordyn.components.port.rail import RAIL as RAIL
 from scissordyn.components.port.travel import TRAVEL as TRAVEL
 
 PORTS: Mapping[str, Port] = MappingProxyType({port.name: port for port in (LINE, HINGE, TRAVEL, POINT, FRAME)})
-"""Ports of user-defined components, by name."""
+"""Kinds of attachment that user-defined components can have, by name."""

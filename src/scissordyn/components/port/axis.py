@@ -46,7 +46,7 @@ def bent_axis(component: Any, scene: Any, part: np.ndarray) -> np.ndarray:
     return np.concatenate(spans, axis=1)
 
 
-# Attachment of a bar that bends, to all of its cross-sections
+# Attachment of a flexible bar, to all of its cross-sections
 AXIS = Port(
     name="axis",
     code=6,

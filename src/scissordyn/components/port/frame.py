@@ -46,13 +46,13 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return (*turned(strokes, start, scene.angle(component.start[0]), scene.size), np.stack([start, end], axis=1)), start
 
 
-# Spokes between the circles of a bushing [symbol sizes]
+# Drawn spokes between the circles of a bushing [symbol sizes]
 _SPOKES = tuple(np.stack([0.45 * spoke, spoke]) for spoke in arc(1.0, 22.5, 337.5, 8))
 
-# Hatching on the right of an edge without ends [symbol sizes]
+# Drawn hatching to the right of an edge without ends [symbol sizes]
 _HATCH = tuple(np.array([[along, 0.0], [along - 0.5, -0.7]]) for along in range(-3, 5))
 
-# Attachment between two frames: place and angle of the end as seen from the start's body
+# Attachment between two body-fixed frames: relative position and angle, as seen from the start's body
 FRAME = Port(
     name="frame",
     code=4,

@@ -35,7 +35,7 @@ _TAPE = np.concatenate([arc(0.8, -60.0, 60.0), arc(1.15, 60.0, -60.0), arc(0.8, 
 _ARROW_HEAD = np.array([[-1.0, 0.85], arc(1.0, 135.0, 135.0, 1)[0], [-0.45, 1.15]])
 _HOOK = np.array([[0.3, -1.3], [1.2, -1.3], [1.2, -0.5], [0.85, -0.5], [0.85, -0.95], [0.3, -0.95], [0.3, -1.3]])
 
-# Attachment between two bodies, by their relative angle
+# Attachment of a component between two bodies, by their relative angle
 HINGE = Port(
     name="hinge",
     code=1,
@@ -81,7 +81,7 @@ ACTUATOR = dataclasses.replace(
     symbols={"motor": _MOTOR},
     attachments=actuator_attachments,
 )
-"""Port of an actuator: a hinge with a controller, which may measure the position of a further point."""
+"""Attachment of an actuator: a hinge with a controller, which may measure the position of a further point."""
 
 
 @kernel

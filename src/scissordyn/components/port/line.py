@@ -45,10 +45,10 @@ _CYLINDER = np.array(
         [0.05, 0.0, 0.0],
     ]
 )
-# Piston and rod of the symbol of a gas spring, in the columns of the other symbols
+# Drawn piston and rod of a gas spring: fraction of the distance, along and across it [symbol sizes]
 _PISTON = np.array([[0.4, 0.0, 0.3], [0.4, 0.0, -0.3], [0.4, 0.0, 0.0], [1.0, 0.0, 0.0]])
 
-# Attachment between two points, by their distance
+# Attachment of a component between two points, by their distance
 LINE = Port(
     name="line",
     code=0,

@@ -33,7 +33,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return (np.stack([tail, tip], axis=1), head), tail
 
 
-# Attachment at one point, by its position and the direction of its body
+# Attachment of a component at one point, by its position and the direction of its body
 POINT = Port(
     name="point",
     code=3,

@@ -29,7 +29,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return turned(strokes, where, np.zeros(len(where)), scene.size), where
 
 
-# Attachment of a point to the axis of a bar that bends, by its distance from it
+# Attachment between a point and the axis of a flexible bar, by the distance of the point from the axis
 RAIL = Port(
     name="rail",
     code=7,

@@ -12,10 +12,13 @@ Strokes = tuple[np.ndarray, ...]
 
 
 # Axis of an unbent beam, by fractions of its length
-AXIS_LINE = np.linspace((0.0, 0.0), (1.0, 0.0), 9)  # axis of a beam, or of each span of a flexible bar
-AXIS_POINTS = len(AXIS_LINE)
 
-SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])  # [symbol sizes]
+# drawn axis of a straight beam, or of each span of a flexible bar, by fractions of its length
+AXIS_LINE = np.linspace((0.0, 0.0), (1.0, 0.0), 9)
+AXIS_POINTS = len(AXIS_LINE)  # Number of points of `AXIS_LINE`
+
+# Corners of a drawn square [symbol sizes]
+SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])
 
 Drawn = tuple[Strokes, np.ndarray]  # Placed strokes, and position of the name, shape (samples, 2) [m]
 

@@ -34,11 +34,10 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return turned(strokes, where, turn, scene.size), where
 
 
-# Strokes of an arrow along the direction of travel [symbol sizes]
-_SHAFT = np.array([[-1.5, 0.0], [1.5, 0.0]])
-_HEAD = np.array([[1.1, 0.25], [1.5, 0.0], [1.1, -0.25]])
+_SHAFT = np.array([[-1.5, 0.0], [1.5, 0.0]])  # Drawn shaft of an arrow along the direction of travel [symbol sizes]
+_HEAD = np.array([[1.1, 0.25], [1.5, 0.0], [1.1, -0.25]])  # Drawn head of an arrow along the direction of travel [symbol sizes]
 
-# Attachment at one point, by its position along a fixed direction
+# Attachment of a component at one point, by its position along a fixed direction
 TRAVEL = Port(
     name="travel",
     code=2,

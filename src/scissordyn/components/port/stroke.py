@@ -10,10 +10,7 @@ import numpy as np
 Strokes = tuple[np.ndarray, ...]
 """Arrays (points, 2), or (points, 3) on a line, with the fraction of the distance first; placed (samples, points, 2) [m]."""
 
-
-# Axis of an unbent beam, by fractions of its length
-
-# drawn axis of a straight beam, or of each span of a flexible bar, by fractions of its length
+# Drawn axis of a straight beam, or of each span of a flexible bar, by fractions of its length
 AXIS_LINE = np.linspace((0.0, 0.0), (1.0, 0.0), 9)
 AXIS_POINTS = len(AXIS_LINE)  # Number of points of `AXIS_LINE`
 

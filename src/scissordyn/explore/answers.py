@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from scissordyn.record.summary import ActuatorAnswer, PointAnswer, Summary
 
 
+# Columns of the page's table of contacts: variable of the run, heading, unit
 CONTACT_COLUMNS = (
     ("contact_start", "start", "s"),
     ("approach_speed", "approach", "m/s"),
@@ -34,15 +35,16 @@ CONTACT_COLUMNS = (
 )
 
 SMALL_UNITS = {"s": (10.0, "ms"), "m/s": (0.2, "mm/s")}
-"""Bound and smaller unit: a column with only smaller values than the bound is shown in the smaller unit."""
+"""Bound and smaller unit, by SI unit: a column with only smaller values than the bound is shown in the smaller unit."""
 
 CURRENT_COLOUR, PINNED_COLOURS = "blue", ("vermilion", "green", "purple")
 """Names in page.css of the colours of the shown run and of pinned runs, newest first."""
 
 LINE_COLOURS = ("blue", "orange", "green", "purple", "vermilion", "sky")
-"""Colours of the lines of a figure other than the energy figure, in order."""
+"""Colours of the lines in figures of the page other than the energy figure, in order."""
 
-ENERGY_COLOURS = ("blue", "green", "purple", "vermilion", "orange", "sky")  # in the order of `ENERGY_LINES`
+# colours of the lines in the page's energy figure, in the order of `ENERGY_LINES`
+ENERGY_COLOURS = ("blue", "green", "purple", "vermilion", "orange", "sky")
 
 # Largest number of points of a curve in the browser; longer curves are reduced to the extremes of intervals
 CURVE_POINTS_MAX = 100_000
@@ -55,10 +57,10 @@ ENERGY_LINES = {
     "motor_work": ("motors", "work of motors"),
     "load_work": ("loads", "work of loads"),
 }
-"""Label of the line and column name in a CSV file, by energy variable."""
+"""Label of the line in the page's energy figure and column name in a CSV file, by energy variable."""
 
 OPTIONAL_COLUMNS = ("friction", "stored_energy", "drive_work", "motor_work", "load_work", "dissipated_energy", "stress")
-"""Columns that are left out if they are zero throughout."""
+"""Columns of the page's tables that are left out if they are zero throughout."""
 
 
 class Tangent(NamedTuple):

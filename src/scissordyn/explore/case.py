@@ -38,11 +38,11 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-POINT_RADIUS, BEST_POINT_RADIUS = 3.0, 6.0  # Radius of a point, and of the recommended point [pixel]
+POINT_RADIUS, BEST_POINT_RADIUS = 3.0, 6.0  # Radii of a study's points and of the recommended point in the drawing [pixel]
 
 Figure = dict[str, Any]
 
-NO_VALUES: Mapping[str, str] = MappingProxyType({})  # Default for the values of varied parameters
+NO_VALUES: Mapping[str, str] = MappingProxyType({})  # Values of varied parameters if no parameter is varied
 
 
 class Case:

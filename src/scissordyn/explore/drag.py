@@ -20,9 +20,10 @@ from scissordyn.record.results import Run
 from scissordyn.run.simulate import compute_results
 from scissordyn.tolerance import DIFFERENCE_FRACTION
 
-GEOMETRY_TABLES = ("structure", "body", "ground", "guide", "rod")  # Tables whose lengths and angles a drag may change
+# Tables of a case file whose lengths and angles a drag with the mouse may change
+GEOMETRY_TABLES = ("structure", "body", "ground", "guide", "rod")
 EXCLUDED_KEYS = ("gravity_direction", "corner_radius", "thickness", "journal_radius", "bearing_length", "phase")
-"""Keys of lengths and angles that a drag does not change."""
+"""Keys in `GEOMETRY_TABLES` with lengths and angles that a drag with the mouse does not change."""
 
 
 def assembled(mechanism: Mechanism) -> tuple[Run, Mechanism]:

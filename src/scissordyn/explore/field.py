@@ -28,11 +28,12 @@ from scissordyn.model.walk import Route
 from scissordyn.units import Quantity, short
 
 SLIDER_FIELDS = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
-"""Fields that initially have a slider, in the tables of `SLIDER_TABLES` and in [structure]."""
+"""Input fields of the page that initially have a slider, in the tables of `SLIDER_TABLES` and in [structure]."""
 
-# Tables with sliders, in addition to [structure]
+# Tables of a case file whose input fields can have sliders, in addition to [structure]
 SLIDER_TABLES = ("drive", "control", "clearance", "guide_clearance")
 
+# Reader of one table of a case file, by name of the table
 TABLE_READERS: Mapping[str, Reader] = {  # Reader of one table, by name of the table
     "drive": DriveTable.reader(),
     "control": ControlTable.reader(),
@@ -47,12 +48,12 @@ CHOICES: Mapping[tuple[Any, str], str] = {
     (ClearanceTable, "lubrication"): ", ".join(OILS),
     (plain_table(Lubrication), "oil"): ", ".join(OILS),
 }
-"""Allowed texts of fields that take a text or a count; these fields have no slider."""
+"""Allowed texts of input fields with a text or a count, by table class and key; these fields have no slider."""
 VECTOR_UNITS = {"position": "m", "centre": "m", "through": "m", "coupler_point": "m", "velocity": "m/s"}
-"""Unit of each key whose value has two coordinates."""
+"""Unit of each key of a case file whose value has two coordinates."""
 
 
-NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"  # pattern of a number in the text of a field
+NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"  # pattern of a number in the text of an input field
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,10 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+# Note next to derivatives of a case with a given step size
 STEP_NOTE = "the run of the derivatives has error control, without the step of the case"
 
+# Reason why a parameter is left out of the list of influences
 ZERO_REASON = "it is zero, and no change is a percentage of zero"
 
 

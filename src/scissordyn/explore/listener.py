@@ -9,10 +9,11 @@ import threading
 import time
 from typing import Any
 
-STRANGERS_MAX = 32  # Largest number of connections that have not shown the token; a browser opens 6 connections to a server
+# Largest number of connections that have not sent the page's token; a browser opens 6 connections to a server
+STRANGERS_MAX = 32
 
 TRANSIENT_ERRORS = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED, errno.EPERM, errno.EPROTO)
-"""Errors after which `accept` is repeated: lack of file descriptors or memory, or a connection that is already closed."""
+"""Errors of the socket function `accept` after which it is repeated: too few file descriptors, or a closed connection."""
 
 
 def max_strangers() -> int:

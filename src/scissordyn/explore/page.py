@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from scissordyn.explore.drag import Drag
     from scissordyn.model.mechanism import Mechanism
 
-INTERNAL_ERROR = "internal error: see the terminal of the explorer"
+INTERNAL_ERROR = "internal error: see the terminal of the explorer"  # Message of the page about an unexpected exception
 
-AUTO = "auto"  # Option for a magnification that makes deflections visible
-MAGNIFICATION_MAX = 1e6  # Largest magnification of deflections
-MAGNIFICATION_STEPS = (1.0, 2.0, 5.0)  # Automatic magnifications are these times a power of ten
+AUTO = "auto"  # Value of the option that chooses a magnification with visible deflections
+MAGNIFICATION_MAX = 1e6  # Largest magnification of deflections in the drawing
+MAGNIFICATION_STEPS = (1.0, 2.0, 5.0)  # Automatic magnifications of deflections are these values times a power of ten
 
 
 FILE_TYPES = {

@@ -44,12 +44,12 @@ log = logging.getLogger(__name__)
 quiet = logging.getLogger("scissordyn.explore.connections")
 quiet.setLevel(logging.CRITICAL + 1)  # clients that violate the protocol are not errors of this program
 
-LOCAL_ADDRESSES = ("127.0.0.1", "localhost", "::1")
+LOCAL_ADDRESSES = ("127.0.0.1", "localhost", "::1")  # Addresses of this computer, which other computers cannot reach
 
-ADDRESS_HINT = "open the address printed by 'scissordyn explore'"
+ADDRESS_HINT = "open the address printed by 'scissordyn explore'"  # Hint in the answer to a request without the page's token
 
-MESSAGE_BYTES_MAX = 2**16  # Size of the largest message from a page [bytes]
-PAGES_MAX = 20  # Largest number of open pages; each has a thread, its runs and its undo history
+MESSAGE_BYTES_MAX = 2**16  # Largest size of a message from a page to the explorer [bytes]
+PAGES_MAX = 20  # Largest number of open explorer pages; each has a thread, its runs and its undo history
 
 SECURITY_HEADERS = {
     "X-Content-Type-Options": "nosniff",
@@ -59,18 +59,20 @@ SECURITY_HEADERS = {
     "Content-Security-Policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:",
     "Cache-Control": "no-store",
 }
-"""Response headers: no other site may show the page in a frame, read its data, or learn its address."""
+"""HTTP response headers: no other site may show the page in a frame, read its data, or learn its address."""
 
+# HTML template of a page that opens the address of the explorer
 REDIRECT_PAGE = """<!DOCTYPE html><meta charset="utf-8"><meta name="referrer" content="no-referrer">
 <meta http-equiv="refresh" content="0; url={url}"><title>scissordyn</title><a href="{url}">the page</a>
 """
 
-ASSETS = Path(__file__).parent / "assets"
+ASSETS = Path(__file__).parent / "assets"  # Folder with the files of the explorer's page
 
+# MIME types of the page's files, by file name ending
 MIME_TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
 PAGE_FILES = frozenset({path.name for path in ASSETS.glob("*.*") if path.suffix in MIME_TYPES} | {"canvas.js"})
-"""Names of the files of the page; canvas.js is also used by films."""
+"""Names of the files of the explorer's page; canvas.js is also used by films."""
 
 
 def bound_address(listening: socket.socket) -> ipaddress.IPv4Address | ipaddress.IPv6Address:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 
-COARSE_TOL = 1e-5  # Relative and absolute tolerance of a coarse run
+COARSE_TOL = 1e-5  # [-] relative and absolute tolerance of the coarse runs that precede accurate ones
 
 
 @dataclass(eq=False)

@@ -20,13 +20,17 @@ if TYPE_CHECKING:
     from scissordyn.collection.catalogue import Entry
 
 
-CATALOGUE_COLUMNS = {"name": "name", "description": "text", "source": "text"}  # heading -> column style
+# style of each column in the printed catalogue, by heading
+CATALOGUE_COLUMNS = {"name": "name", "description": "text", "source": "text"}
 
+# LaTeX names of Greek letters, each followed by its letter
 GREEK_LETTERS = (
     "alpha α beta β gamma γ delta δ epsilon ε varepsilon ε zeta ζ eta η theta θ iota ι kappa κ lambda λ mu μ nu ν xi ξ pi π "
     "rho ρ sigma σ tau τ phi φ varphi φ chi χ psi ψ omega ω Gamma Γ Delta Δ Theta Θ Lambda Λ Sigma Σ Phi Φ Psi Ψ Omega Ω"
 )
-GREEK_SIGNS = dict(zip(GREEK_LETTERS.split()[::2], GREEK_LETTERS.split()[1::2], strict=True))
+GREEK_SIGNS = dict(zip(GREEK_LETTERS.split()[::2], GREEK_LETTERS.split()[1::2], strict=True))  # Greek letter by its LaTeX name
+
+# LaTeX commands, each with "=" and the sign that replaces it in plain text
 LATEX_COMMANDS = (
     "cdot=· times=× le=≤ leq=≤ ge=≥ geq=≥ ne=≠ approx=≈ infty=∞ pm=± to=→ int=∫ sum=Σ partial=∂ ldots=... dots=... quad=\n "
     "qquad=\n left= right= bigl= bigr= big= Big= displaystyle= prime=' langle=< rangle=> lVert=| rVert=| |=|"
@@ -35,11 +39,12 @@ COMMAND_SIGNS = dict(pair.split("=") for pair in LATEX_COMMANDS.split(" "))
 """Sign that replaces each LaTeX command in plain text; any other command, such as \\sin, is replaced by its name."""
 
 GROUP = r"\{((?:[^{}]|\{[^{}]*\})*)\}"  # pattern of a LaTeX group in braces
-FUNCTIONS = "ln|log|exp|sin|cos|tan|tanh|cosh|sinh"  # LaTeX functions that may precede a fraction
+FUNCTIONS = "ln|log|exp|sin|cos|tan|tanh|cosh|sinh"  # Names of LaTeX functions that may precede a fraction
 TOKEN = re.compile(r"(?:\\[A-Za-z]+|[A-Za-z])(?:_\w|_\{\w+\})?(?:'|\^\*|\^\d)?|\d+(?:\.\d+)?|\|[^|]+\|")
-"""Pattern of a formula with a single factor, which needs no parentheses in a fraction."""
+"""Pattern of a formula with a single factor, which needs no parentheses as a part of a fraction."""
 
-SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")  # for exponents in plain text
+# translation table from digits and minus to superscripts, for exponents in plain text
+SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 def laws(

@@ -418,7 +418,7 @@ OTHER_LOADS = (
     ("weld_force", "weld", "N", "force of a weld"),
     ("weld_moment", "weld", "N m", "moment of a weld"),
 )
-"""Transmitted loads other than forces of pins and guides: variable, dimension, unit and text."""
+"""Joint loads that `check` prints in addition to forces of pins and guides: variable, dimension, unit and text."""
 
 
 def _further_forces(ideal: xr.Dataset, round_off: float) -> list[str]:

@@ -24,9 +24,9 @@ LAST_VALUES = {
     "work of forces and torques": (("load_work",), "J"),
     "dissipated energy": (("dissipated_energy",), "J"),
 }
-"""Compared values at the end of both runs: text, variables whose sum it is, and unit."""
+"""Values at the end of both runs that `compare` prints: text, variables whose sum it is, and unit."""
 
-SHOWN_IF_NONZERO = "work of forces and torques"  # left out if it is zero
+SHOWN_IF_NONZERO = "work of forces and torques"  # text of the row in `LAST_VALUES` that is left out if it is zero
 
 
 def compare(

@@ -15,7 +15,7 @@ from scissordyn.errors import InputError, command
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
 
-REQUIRED_PACKAGES = ("websockets", "tomlkit")  # packages of the extra 'explore'
+REQUIRED_PACKAGES = ("websockets", "tomlkit")  # packages of the extra 'explore', which the explorer needs
 
 
 def explore(

@@ -16,8 +16,9 @@ from scissordyn.units import counted, short
 if TYPE_CHECKING:
     import xarray as xr
 
-OPTIONS_EXAMPLE = "--of 'A.peak_force' --by 'A.clearance'"
+OPTIONS_EXAMPLE = "--of 'A.peak_force' --by 'A.clearance'"  # Correct options of `gradient`, which error texts show
 
+# Warning if the case of a gradient has a step size
 STEP_WARNING = "the step of the case is not used: values and derivatives are those of a run with error control"
 
 

@@ -25,9 +25,9 @@ from scissordyn.cli.parameter import HELP_OPTIONS, make_command
 from scissordyn.errors import AssemblyError, ScissordynError, printable, shortened
 from scissordyn.processor import limit_library_threads
 
-ABOUT = "Dynamics of deployable scissor structures with clearance joints."
+ABOUT = "Dynamics of deployable scissor structures with clearance joints."  # First line of the command's help
 
-STOPPED = "interrupted"  # message of a command that a signal ended
+STOPPED = "interrupted"  # message of a command that a signal has ended
 
 COMMANDS = {
     "run": ("run", "Simulate a case and show its contacts.", "scissordyn run case.toml -o run.nc --plot pictures --trust"),
@@ -145,7 +145,7 @@ COMMANDS = {
         "scissordyn paper -o out --figure 9",
     ),
 }
-"""Commands by name: file of the command, description, and example in its help."""
+"""Commands by name: name of the command's file, description, and example in the help."""
 
 OTHER_WORDS = {
     "simulate": "run",
@@ -156,12 +156,12 @@ OTHER_WORDS = {
     "template": "new",
     "equilibrium": "statics",
 }
-"""Name of the right command for words that users try instead."""
+"""Name of the right command, by words that users try instead."""
 
 OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events", "step")
 """Keys of the table [run] that users try as options of a command."""
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM)  # Signals that end a command: Ctrl-C and termination
 
 _received: list[int] = []  # Numbers of the signals that the process has received
 
@@ -191,6 +191,7 @@ def _print_version(context: click.Context, _: click.Parameter, wanted: bool) -> 
         context.exit()
 
 
+# Option that prints the version of the package
 VERSION = click.Option(
     ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Print the version and exit."
 )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.engine import Engine
 
-THREADS_MAX = 4096  # Largest number of threads or processes that an option admits, above the processors of any machine
+THREADS_MAX = 4096  # Largest number of threads or processes that an option accepts, above the processors of any machine
 
 CaseFile = Annotated[Path, Argument(help="A case file.")]
 SavedRun = Annotated[Path, Argument(help="A saved run.")]
@@ -57,16 +57,17 @@ QueueFile = Annotated[
     Path | None, Option(metavar="FILE", help="File that describes workers of a queueing system, used instead of threads.")
 ]
 
+# Warning if a cluster's connections are not encrypted
 NO_TLS_WARNING = (
     "scissordyn: Warning: without TLS, anyone who reaches the ports of the scheduler and its workers can execute code there; "
     "docs/howto/cluster.md shows how to turn it on"
 )
 
 DISTRIBUTION_TEXT = re.compile(r"(.*?)=(\s*[a-z_0-9]+\s*\(.*\)[^()=]*)", re.DOTALL)
-"""Text PARAMETER=DISTRIBUTION(...); a file name in the brackets may contain an equals sign."""
+"""Pattern of an option PARAMETER=DISTRIBUTION(...); a file name in the brackets may contain an equals sign."""
 
 DIMENSIONED_OPTIONS = {"s": ("a time", "10 ms", Quantity("s")), "m": ("a length", "5 mm", Quantity("m", above=0.0))}
-"""Kind of value, example, and quantity with bounds for options with a time or a length, by SI unit."""
+"""Kind of value, example, and bounds of options that are a time or a length, by SI unit."""
 
 
 @dataclass(frozen=True)

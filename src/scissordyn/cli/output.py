@@ -17,14 +17,15 @@ if TYPE_CHECKING:  # so that the help of a command does not load libraries
     from rich.console import Console
 
 DONE, BUG, BAD_INPUT, UNFINISHED, INTERRUPTED = 0, 1, 2, 3, 130
-"""Exit statuses. 3: a run failed, but its results until the failure are kept. 130: 128 + SIGINT, as in shells."""
+"""Exit statuses of all commands."""
 
-EXIT_STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINISHED}  # by status of a run
+# exit status of a command, by status of its run
+EXIT_STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINISHED}
 
-PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
+PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".jpg", ".jpeg")  # File name endings of picture formats
 
-ROWS_MAX = 20  # [rows] largest number in a table of joints, contacts or differences
-PLAIN_COLUMNS = 100  # [characters] width of the output without a terminal
+ROWS_MAX = 20  # Largest number of rows in a printed table of joints, contacts or differences
+PLAIN_COLUMNS = 100  # [characters] width of printed tables if the output is not a terminal
 
 # Styles of columns of tables, as arguments of rich's `add_column`
 COLUMN_STYLES: dict[str, dict[str, Any]] = {
@@ -36,7 +37,7 @@ COLUMN_STYLES: dict[str, dict[str, Any]] = {
     "words": {"overflow": "fold"},  # at least as wide as its longest word
 }
 
-PROGRESS_TEXT = "{task.description}"  # Column of a progress bar that shows the text of its task
+PROGRESS_TEXT = "{task.description}"  # Format of a progress bar's column with the text of its task
 
 
 def check_file(path: Path | None, case: Path, sample: str) -> None:

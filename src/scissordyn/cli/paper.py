@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from scissordyn_paper.reproduce import Reproduction
 
 WORKERS_MAX = 16
-"""Largest number of processes; more would wait for the ten longest motions, and each takes some hundred megabytes."""
+"""Largest number of processes that recompute a paper.
+
+More would wait for the ten longest motions, and each takes some hundred megabytes.
+"""
 
 
 def paper(

@@ -32,10 +32,10 @@ CONTACT_COLUMNS = (
     ("duration", "contact_duration", "s", 1.0),
     ("rebound", "rebound_speed", "m/s", 1.0),
 )
-"""Columns of the table of contacts: heading, variable, unit and factor from the SI unit."""
+"""Columns of the printed table of contacts: heading, variable, unit, and factor from the SI unit."""
 
 SPARE_COLUMNS = ("to peak", "angle of n", "rebound", "approach", "duration")
-"""Columns that are left out on a narrow terminal, in this order."""
+"""Columns of the table of contacts that a narrow terminal leaves out, in this order."""
 
 
 def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[str]]:

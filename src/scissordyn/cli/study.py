@@ -45,9 +45,10 @@ if TYPE_CHECKING:
     from scissordyn.studies.compute.execute import Progress
     from scissordyn.studies.result import StudyResult
 
-ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay")  # of ``scissordyn study ACTION``
+# words that can follow ``scissordyn study`` as actions
+ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay")
 
-STUDY_FILE = "a study file"  # the first argument instead of an action, as error texts name it
+STUDY_FILE = "a study file"  # name, in error texts, of a first argument that is not an action
 REFINE_OPTIONS = {
     "--vary": "--vary A.clearance='0.05..0.4 mm'",
     "--uncertain": "--uncertain A.clearance='norm(loc=0.2, scale=0.02) mm'",
@@ -55,9 +56,9 @@ REFINE_OPTIONS = {
     "--seed": "--seed 1",
     "--goal": "--goal 'minimise peak_force'",
 }
-"""Options of ``study refine`` alone, each with an example."""
+"""Options that only ``study refine`` has, each with an example."""
 
-REFINE, RESUME = "scissordyn study refine study.db", "scissordyn study resume study.db"  # commands that examples continue
+REFINE, RESUME = "scissordyn study refine study.db", "scissordyn study resume study.db"  # commands with which examples begin
 
 USES = {
     **{option: (("refine",), f"{REFINE} {shown} -o next.db") for option, shown in REFINE_OPTIONS.items()},
@@ -74,10 +75,11 @@ USES = {
 }
 """Actions of ``scissordyn study`` that use an option, and a correct use, by the option."""
 
-RATE_UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))  # units of cases per time: text and seconds
+# units of the rate of computed cases: text, and length of the unit of time [s]
+RATE_UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))
 
 
-VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"
+VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"  # Correct option with a varied parameter, which error texts show
 
 Varied = Annotated[
     list[str] | None,

@@ -15,7 +15,7 @@ from scissordyn.errors import command, printable
 if TYPE_CHECKING:
     import xarray as xr
 
-PLOT_EXAMPLE = "--plot pictures"
+PLOT_EXAMPLE = "--plot pictures"  # Correct option for pictures of wear, which error texts show
 
 
 def wear(

@@ -26,10 +26,10 @@ from scissordyn.run.trajectory import INTERRUPTED, compute, make_driver
 
 JOURNAL_DIVERGENCE = 0.1
 """[clearances] difference of a journal's position in its bearing, or of a block's corner across its guide, from which two runs
-count as diverged"""
+count as diverged."""
 
 BODY_DIVERGENCE = 1e-2
-"""[mechanism sizes] difference of the position of a point of a body from which two runs count as diverged"""
+"""[mechanism sizes] difference of the position of a point of a body from which two runs count as diverged."""
 REPETITION = "repetition"  # name of the second run in a checkpoint
 
 COMPARED_INSTANTS = 10_001

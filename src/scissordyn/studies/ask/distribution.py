@@ -17,7 +17,7 @@ from scissordyn.units import Meaning, documented
 GRID_LEVELS = 10  # Default number of levels of an interval in a grid design
 
 PROBABILITY_MIN, PROBABILITY_MAX = 0.5 * np.finfo(float).epsneg, 1.0 - np.finfo(float).epsneg
-"""[-] bounds of the probabilities at which quantile functions are evaluated, so that quantiles are finite"""
+"""[-] bounds of the probabilities at which quantile functions are evaluated, so that quantiles are finite."""
 
 DISTRIBUTIONS = ("uniform", "norm", "truncnorm", "lognorm", "triang", "trapezoid", "beta", "weibull_min")
 """Names of SciPy's distributions that error messages suggest for varied parameters."""

@@ -63,13 +63,13 @@ def read_values(given: Any, _: Context) -> Mapping[str, Any]:
     return MappingProxyType(dict(given))
 
 
-WEAR_READER = dataclass_reader(Wear, tolerance="0.1 um", most_clearance="0.6 mm")  # Reader of the table [wear]
+WEAR_READER = dataclass_reader(Wear, tolerance="0.1 um", most_clearance="0.6 mm")  # Reader of the table [wear] of a case file
 
 ADDITIONS = (
     *("panels", "bending", "payload", "clearance", "guide_clearance"),
     *("joint_friction", "drive", "control", "coupling"),
 )
-"""Tables that change the mechanism of [structure] and the parts, in the order in which they are applied."""
+"""Names of tables that change the mechanism of [structure] and its parts, in the order in which they are applied."""
 
 
 def _driven_body(mechanism: Mechanism, body: str) -> str:
@@ -167,7 +167,7 @@ REPEATABLE_TABLES: Mapping[str, tuple[Reader, str]] = {
     "bending": (BendingTable.reader(), "bars that bend; one table for each kind"),
     "joint_friction": (JointFrictionTable.reader(), "friction in many ideal pins; a later table replaces"),
 }
-"""Tables that a case file may have several times: reader of one table, and description."""
+"""Tables that a case file may contain several times: reader of one table, and description."""
 
 CaseTable = make_table(
     "CaseTable",

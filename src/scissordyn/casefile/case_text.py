@@ -44,13 +44,13 @@ from scissordyn.units import Pairs
 FIRST_LINE = "# A case of scissordyn, written by write_case."
 """First line of a written case file; `write_case` overwrites only files with this line."""
 
-RECORD_FIRST_LINE = "# A case of scissordyn, as it was computed."  # First line of the case file that a run stores
+RECORD_FIRST_LINE = "# A case of scissordyn, as it was computed."  # First line of the case file that is stored in a run
 
 CONTROL_CHARACTER = re.compile(r"[\x00-\x1f\x7f]")  # pattern of a character that a TOML comment may not contain
 
 SURROGATE = "[\ud800-\udfff]"  # pattern of half a surrogate pair, which UTF-8 cannot represent
 
-NO_CODE = Code()  # user-defined classes of a table that cannot contain any
+NO_CODE = Code()  # user-defined classes of a case file's table that cannot contain any
 
 Entries = dict[str, Any]  # keys and values of a table as in parsed TOML
 

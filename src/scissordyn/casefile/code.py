@@ -14,7 +14,7 @@ from scissordyn.model.record import code_digest, source_of
 from scissordyn.plugin.element import SLOTS, Element, element_class
 from scissordyn.plugin.user_file import file_digest, origin_of, split_reference
 
-CLASS_PREFIX = "class"  # first word in a stored run for a class that is not in a file: "class Rubber"
+CLASS_PREFIX = "class"  # first word, in a stored run, for a user-defined class without a file: "class Rubber"
 
 
 class Code:

@@ -23,12 +23,12 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plugin.element import is_built_in
 
-ATTRIBUTE = "configuration"  # Name of the attribute with the case file of a run
+ATTRIBUTE = "configuration"  # Attribute of a run's Dataset that contains its case file
 
-EXPECTED_DATASET = "a Dataset that scissordyn returned"  # Expected value in errors about other datasets
+EXPECTED_DATASET = "a Dataset that scissordyn returned"  # Expected value in errors about Datasets from other programs
 
 TABLES_WITHOUT_RECORD = {"control", "payload", "panels", "bending", "joint_friction"}
-"""Tables of a case file that a run does not store, because it stores the bodies and components that they create."""
+"""Names of case file tables that a run does not store; it stores the bodies and components that they create."""
 
 # Title of the Dataset of a run; maps and diagrams have other titles, and cannot be run again from their configuration
 RUN_TITLE = "scissordyn run"

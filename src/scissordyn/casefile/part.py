@@ -54,6 +54,7 @@ from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import Quantity, quantities
 
+# Correct coordinates of couplings and drives, which error texts show
 COORDINATE_EXAMPLES = (  # correct coordinates, which error texts show
     '{ angle = "planet", base = "arm" }, { slide = "rack.tip", direction = "0 deg" } or { distance = ["a.end", "b.end"] }'
 )
@@ -125,7 +126,8 @@ def _read_further(given: Any, context: Context) -> tuple[FurtherInput, ...]:
     return tuple(parts)
 
 
-_FURTHER_EXAMPLE = [{"distance": ["block.pulley", "ground.P"], "ratio": -1}]  # further inputs, as help shows them
+# example of the further inputs of a coupling, as help shows it
+_FURTHER_EXAMPLE = [{"distance": ["block.pulley", "ground.P"], "ratio": -1}]
 
 # Reader of the motion of a coordinate, an angle or a distance over time
 _READ_MOTION = Reader(
@@ -134,7 +136,9 @@ _READ_MOTION = Reader(
 
 
 read_as(Coordinate, table_reader(lambda: CoordinateTable, CoordinateTable.coordinate))
-_COORDINATE_KEY = Annotated[Coordinate, About(f"a coordinate: {COORDINATE_EXAMPLES}")]  # type of a key, and its help text
+
+# type and help text of a key that takes a coordinate
+_COORDINATE_KEY = Annotated[Coordinate, About(f"a coordinate: {COORDINATE_EXAMPLES}")]
 
 # Types and help texts of the keys of the table [[coupling]]
 COUPLING_KEYS: Hints = (
@@ -157,7 +161,7 @@ COUPLING_KEYS: Hints = (
     ("transmission", None),  # replaced by the keys `teeth`, `belt` and `screw`
 )
 TRANSMISSIONS: Mapping[str, type] = {"teeth": Teeth, "belt": Belt, "screw": Screw}
-"""Keys of a coupling that determine where its force acts, and the class that each describes."""
+"""Class that describes where the force of a coupling acts, by key of the table [[coupling]]."""
 BacklashTable = table_of(
     with_backlash, (("mechanism", None), ("coupling", None)), spelt={"backlash": "angle"}, backlash="0.5 deg"
 )
@@ -172,7 +176,9 @@ def _read_backlash(given: Any, context: Context) -> Call:
 _BACKLASH_QUANTITY = Quantity(
     "rad", above=0.0, help='angle between both flanks, for example "0.5 deg", or a table with the law of their contacts'
 )
-_BACKLASH_EXAMPLE = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}  # the table as help shows it
+
+# the key `backlash` of a coupling as a table, as help shows it
+_BACKLASH_EXAMPLE = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}
 
 
 class CouplingTable(
@@ -269,9 +275,13 @@ def coordinate_words(coordinate: Coordinate) -> str:
     return f"angle of {coordinate.body}{against}"
 
 
-# Unit and help text of the key `centre` of the table [[body]], and help texts of its keys `length` and `inertia`
+# Unit and help text of the key `centre` of the table [[body]]
 _CENTRE_QUANTITY = Quantity("m", help="mass centre in the body's frame; of a bar its middle")
+
+# Help text of the key `length` of the table [[body]]
 _LENGTH_HELP = 'length of a straight bar with points "start", "middle" and "end", uniform by default'
+
+# Help text of the key `inertia` of the table [[body]]
 _INERTIA_HELP = "moment of inertia about the mass centre; without inertia and length the body does not rotate"
 
 
@@ -341,7 +351,7 @@ def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any)
     return Part(keys, table_reader(keys), fills, help)
 
 
-# Field of `Mechanism` for components that are not in its field `components`
+# Field of `Mechanism` for component tables whose parts are not in its field `components`
 _COMPONENT_FIELDS = {
     "rod": "rods",
     "latch": "latches",
@@ -403,7 +413,7 @@ def component_part(type: str, folder: Path) -> Part:
     return _component_part(classes[type] if type in classes else component_class(type, folder))
 
 
-# Removes the key `clearance` of a joint or guide, which the table [[clearance]] describes
+# Type hint that removes the key `clearance` of a joint or guide; the table [[clearance]] describes clearances
 _NO_CLEARANCE: Hints = (("clearance", None),)
 
 PARTS: Mapping[str, Part] = {
@@ -452,9 +462,10 @@ PARTS: Mapping[str, Part] = {
         lambda: UserComponentTable, _read_user_component, "components", "a component of a class in the user's file"
     ),
 }
-"""Tables of a case file that describe one part of the mechanism each."""
+"""Case file tables that describe one part of the mechanism each, by name."""
 
-COMPONENT_SECTIONS = tuple(section for section in PARTS if section in COMPONENTS)  # tables of the package's own components
+# names of the tables of the package's own components
+COMPONENT_SECTIONS = tuple(section for section in PARTS if section in COMPONENTS)
 
 
 def assemble(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechanism:

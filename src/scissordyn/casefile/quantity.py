@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     import pint
 
 
-# Definitions of unit prefixes for pint
+# Definitions of unit prefixes, in the notation of the library pint
 PREFIX_DEFINITIONS = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
-SMALL_PREFIX_DEFINITIONS = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")  # Further definitions of prefixes for pint
+
+# Definitions of further unit prefixes for pint
+SMALL_PREFIX_DEFINITIONS = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
 # Definitions of prefixes and units for pint. In pint's own list an angle is a pure number: "0.1 %" is an angle, and 1 Hz is
 # 1 rad/s. Here an angle is a dimension, and 1 Hz is one revolution per second. This list also loads twenty times faster.
 UNIT_DEFINITIONS = (
@@ -51,13 +53,13 @@ KNOWN_UNITS = (
     "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar K "
     "meter millimeter centimeter micrometer second millisecond minute kilogram gram radian degree newton pascal"
 )
-"""Units that error messages may suggest for a mistyped unit."""
+"""Units that error messages can suggest instead of a mistyped unit."""
 
-# Units that are recognised in a product without blanks, such as kNm
+# Units that are recognised in a product of units without blanks, such as kNm
 JOINABLE_UNITS = frozenset((*KNOWN_UNITS.split(), "mN", "MN", "kJ", "kW"))
 
 REVOLUTIONS_PER_MINUTE = re.compile(r"(?:1\s*/\s*min|min\s*(?:\^|\*\*)\s*-1)", re.IGNORECASE)
-"""Spellings of revolutions per minute in drawings and catalogues."""
+"""Pattern of the spellings of revolutions per minute in drawings and catalogues."""
 
 USUAL_UNITS = {
     "m": ("m", "mm"),
@@ -71,7 +73,7 @@ USUAL_UNITS = {
 }
 """Units in which messages and case files show a number, largest first, by its SI unit."""
 
-CELSIUS = ("degC", "°C")  # units of temperature that differ from K by an offset
+CELSIUS = ("degC", "°C")  # units of temperature whose zero is not 0 K
 
 UNIT_FACTORS = {
     ("mm", "m"): 1e-3,
@@ -105,19 +107,19 @@ SI_UNITS = (
     *("m", "m/s", "m/s^2", "rad", "rad/s", "s", "1/s", "1/m", "s/m", "kg", "kg m^2", "kg/m^3"),
     *("N", "N m", "N/m", "N s", "N s/m", "N m/s", "N m/rad", "N m s/rad", "N m/(rad s)", "Pa", "K", "1/K"),
 )
-"""SI units of all quantities in case files."""
+"""SI units of all values in case files."""
 
 UNIT_FACTORS |= dict.fromkeys(zip(SI_UNITS, SI_UNITS, strict=True), 1.0)
 
-# Pattern of a number in a list, with the comma or blank after it
+# Pattern of a number in a list of numbers, with the comma or blank after it
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*")
 LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)  # Pattern of a text that begins with a number
-UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")  # Pattern of a text with only those characters that a unit may have
+UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")  # Pattern of a text that contains only characters of units
 UNLIKELY_UNIT_PATTERN = re.compile("(giga|mega)(radian|degree|turn|meter|second)")
-"""Units such as gigaradian, which pint reads from "Grad" (German for degree): most likely a mistake."""
+"""Pattern of units such as gigaradian, which pint reads from "Grad" (German for degree): most likely a mistake."""
 
 UNLIKELY_POWER_PATTERN = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
-"""Exponents that no unit has; pint would never finish evaluating 9^9^9^9."""
+"""Pattern of exponents that no unit has; pint would never finish evaluating 9^9^9^9."""
 
 
 @cache
@@ -202,7 +204,7 @@ def unit_typed(text: str) -> str:
     return match[2].strip() if match is not None else ""
 
 
-INTEGER_MAX = 2**1023  # Largest integer in a case file; much larger ones cannot be converted to a float
+INTEGER_MAX = 2**1023  # Largest integer in a case file; much larger ones exceed the range of floats
 
 
 def _with_unit(number: float, quantity: Quantity, sample: str) -> str:

@@ -45,7 +45,8 @@ from scissordyn.model.scissor import hoberman_ring, mast, polar_scissor, scissor
 from scissordyn.model.walk import declared
 from scissordyn.units import quantities
 
-BARS_EXAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}  # key `bars`, as error texts show it
+# correct key `bars` of the table [structure], which error texts show
+BARS_EXAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}
 
 BendingTable = table_of(
     with_bending, (("mechanism", None),), spelt={"bodies": "bars"}, bodies="unit */bar *", modes="auto", **BARS_EXAMPLE
@@ -92,13 +93,13 @@ PayloadTable = table_of(with_payload, (("mechanism", None),), spelt={"place": "a
 PanelsTable = table_of(with_panels, (("mechanism", None),), bodies="unit */bar 1", mass="0.5 kg")
 
 
-# Type, bounds and example of the key `restitution` of a clearance
+# Type, bounds and example of the key `restitution` of the table [[clearance]]
 _RESTITUTION_KEY = Annotated[
     float | None, quantities(LankaraniNikravesh)["restitution"], About(examples=[LankaraniNikravesh().restitution])
 ]
-# Help text of the key `friction` of a clearance
+# Help text of the key `friction` of the table [[clearance]]
 _FRICTION_HELP = '"none", or a law; lugre has bristles that stick, at 3 to 4 times the time of ambrosio'
-# Types and help texts of the keys of a clearance whose value is a contact law
+# Types and help texts of the keys of the table [[clearance]] whose value is a contact law
 _LAW_KEYS: Hints = (
     ("stiffness", Annotated[Elastic, About("elastic part of the normal force")]),
     ("damping", Annotated[Damping, About("damping part of the normal force")]),
@@ -145,7 +146,7 @@ GuideClearanceTable = _clearance_table(
 
 FeedForward = Callable[..., Tabulated]  # `run.inverse_dynamics.feed_forward`, an argument because `run` imports this package
 
-# Correct feed-forward torque, which error texts show
+# Correct feed-forward torque of a servo, which error texts show
 FEED_FORWARD_EXAMPLE = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
 
 
@@ -220,7 +221,7 @@ class ControlTable(Table):
         )
 
 
-_MECHANISM_QUANTITIES = quantities(Mechanism)  # unit, bounds and help text of each number of a mechanism
+_MECHANISM_QUANTITIES = quantities(Mechanism)  # unit, bounds and help text of each numeric field of `Mechanism`, by name
 
 
 class StructureTable(Table):
@@ -313,4 +314,4 @@ def _read(given: Any, context: Context) -> StructureTable:
     return STRUCTURES[_Kind.read(alone, context).kind].read(given, context)
 
 
-STRUCTURE = _read  # reader of the table [structure]
+STRUCTURE = _read  # reader of the table [structure] of a case file

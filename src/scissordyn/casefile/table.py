@@ -49,7 +49,7 @@ def reader(shape: Callable[[], Shape]) -> Callable[[Callable[[Any, Context], Any
 
 
 _READERS: dict[frozenset[Any], Callable[[tuple[Any, ...]], Reader]] = {}
-"""Functions that create a reader from the metadata of an annotation, such as a unit; by the members of the type."""
+"""Functions that create the reader of a type from the metadata of its annotation (such as a unit), by members of the type."""
 
 
 def read_as(hint: Any, make: Reader | Callable[[tuple[Any, ...]], Reader]) -> None:
@@ -65,11 +65,11 @@ def reader_of(hint: Any, about: tuple[Any, ...]) -> Reader | None:
 Hints = tuple[tuple[str, Any], ...]  # names of fields, each with an annotation that replaces that of the field
 
 
-# description of the expected value in error messages, by its type
+# description of a value in error messages, by its expected type
 TYPE_TEXTS = {str: "text", int: "a whole number", bool: "true or false", float: "a number"}
 
 
-BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")  # TOML key that needs no quotes
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")  # Pattern of a TOML key that needs no quotes
 
 
 def toml(value: Any) -> str:
@@ -194,7 +194,7 @@ def _plain(given: Any, hint: Any, context: Context) -> Any:
     raise PlacedError((), f" = {toml(given)}{did_you_mean(given, words)}", "", " or ".join(allowed))
 
 
-NOT_A_LIST = "not a list of tables"  # error about a value of another type
+NOT_A_LIST = "not a list of tables"  # error if the value of a repeatable table is not a list of tables
 
 
 def read_list(given: Any, hint: Any, context: Context) -> list[Any]:

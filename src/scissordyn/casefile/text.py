@@ -13,8 +13,8 @@ from typing import Any
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import HDF_MAGIC
 
-NESTING_MAX = 32  # [levels] Largest nesting of tables and lists, or of blocks in a drawing; a case file has six levels
-FILE_BYTES_MAX = 64 * 2**20  # [bytes] Size of the largest text file that is read; a million instants take about 30 MB
+NESTING_MAX = 32  # [levels] largest nesting of tables and lists in a case file, or of blocks in a drawing; six are usual
+FILE_BYTES_MAX = 64 * 2**20  # [bytes] largest size of a text file that is read; a million instants take about 30 MB
 
 
 def read_text(path: Path, what: str, sample: str = "") -> str:
@@ -55,16 +55,20 @@ def _suggest_file(path: Path) -> str:
 
 
 Place = tuple[int | str, ...]  # place of a value: keys from the top level down, and indices in lists of tables
-NAME_KEYS = ("joint", "guide", "name", "body")  # keys whose value names a table in a list; the first one present is used
+
+# keys whose value names a table in error messages about a list of tables; the first one present is used
+NAME_KEYS = ("joint", "guide", "name", "body")
 
 TOKEN_PATTERN = re.compile(
     r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{}\n]', re.DOTALL
 )
-"""Pattern of what decides where a TOML statement ends: a string, a comment, a bracket or a line end."""
+"""Pattern of text that can end or continue a TOML statement: a string, a comment, a bracket or a line end."""
 
-KEY_PART_PATTERN = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""  # pattern of one part of a dotted key
-KEY_PATTERN = re.compile(rf"\s*({KEY_PART_PATTERN}(?:\s*\.\s*{KEY_PART_PATTERN})*)\s*=")  # a key and its "="
-# Pattern of a table header, "[a.b]" or "[[a.b]]"
+KEY_PART_PATTERN = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""  # pattern of one part of a dotted TOML key
+
+# pattern of a TOML key and the "=" after it
+KEY_PATTERN = re.compile(rf"\s*({KEY_PART_PATTERN}(?:\s*\.\s*{KEY_PART_PATTERN})*)\s*=")
+# Pattern of the header of a TOML table, "[a.b]" or "[[a.b]]"
 HEADER_PATTERN = re.compile(rf"\s*(\[\[?)\s*({KEY_PART_PATTERN}(?:\s*\.\s*{KEY_PART_PATTERN})*)\s*\]")
 
 

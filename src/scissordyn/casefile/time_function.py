@@ -39,7 +39,7 @@ from scissordyn.components.time_function import (
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities
 
-# Pattern of the first line of a table of a time function, for example "time [s], angle [deg]"
+# Pattern of the first line of a file with a time function, for example "time [s], angle [deg]"
 HEADER_PATTERN = re.compile(
     r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor|length|torque)\s*\[(?P<unit>[^]]+)\]\s*"
 )
@@ -117,7 +117,7 @@ FUNCTION_QUANTITIES: Mapping[str, FunctionQuantity] = {
         speed=Quantity("N m/s", help="a torque that grows from zero at this rate"),
     ),
 }
-"""Quantities that time functions have as their value, by SI unit."""
+"""Quantities that time functions can have as values, by SI unit."""
 
 
 def powers(unit: str) -> tuple[str, ...]:

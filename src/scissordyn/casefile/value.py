@@ -47,7 +47,7 @@ def pair_reader(unit: str) -> Reader:
     return read
 
 
-PLACE = pair_reader("m")  # Reader of a position: two numbers with a unit of length
+PLACE = pair_reader("m")  # Reader of a position in a case file: two coordinates with a unit of length
 
 
 def _numbers(unit: str) -> Reader:
@@ -155,10 +155,10 @@ read_as(tuple[str, ...], _names)
 
 
 SUGGESTED_LAWS = {"stiffness": "liu", "damping": "flores", "friction": "none"}
-"""Law of each kind that templates suggest: the default of a clearance joint."""
+"""Names of the laws that templates suggest, by kind of law: the defaults of a clearance joint."""
 
 CONTROLLER_EXAMPLE: dict[str, Any] = {"name": "pid", "proportional": "2e4 N m/rad", "derivative": "1500 N m s/rad"}
-"""Example of a controller in templates and messages."""
+"""Controller that templates and error messages show as an example."""
 
 
 def _read_element(slot: str, given: Any, context: Context) -> Any:

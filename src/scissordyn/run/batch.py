@@ -23,7 +23,7 @@ from scissordyn.run.measure import LOAD_UNIT, MEASURES, Measure, check_measures,
 from scissordyn.run.rows import COLUMNS, GROUP_CASES_MAX, Case, Worker, empty_columns, rows, store_row
 from scissordyn.tolerance import DATA_TOL
 
-TITLE = "scissordyn batch"  # Title of the data set
+TITLE = "scissordyn batch"  # Attribute `title` of the Dataset of a batch of runs
 
 
 def simulate_many(

@@ -36,18 +36,20 @@ from scissordyn.run.advance.loop import CALL_SECONDS
 Task = TypeVar("Task")
 Value = TypeVar("Value")
 
-TASKS_PER_WORKER = 2  # tasks submitted per worker: one in work and one waiting, so that no worker waits for this process
-STOP_SECONDS = 0.5  # [s] longest wait after Ctrl-C for a thread or process to end by itself
-RECOUNT_SECONDS = 1.0  # [s] interval at which the workers of an executor are counted
-STATUSES = ("pending", "complete", "failed")  # statuses of a case; a store saves their indices
+TASKS_PER_WORKER = 2  # number of tasks submitted per worker: one in work, and one waiting, so that a worker is never idle
+STOP_SECONDS = 0.5  # [s] longest wait, after Ctrl-C, until a worker thread or process ends by itself
+RECOUNT_SECONDS = 1.0  # [s] interval between two counts of the workers of an executor
+STATUSES = ("pending", "complete", "failed")  # names of the statuses of a case; a study's file contains their indices
 
 NO_TASK_LEFT: Any = object()  # returned by `next` when all tasks have been submitted
 
-# message for a script that starts processes when it is imported, as each process imports it again
+# message if a worker process cannot start: each process imports the script again
 START_FAILURE = "a worker process could not start; a script that uses processes needs 'if __name__ == \"__main__\":'"
 
 Engine = Executor | int | None  # an int is a number of threads; None means one thread per processor
-ENGINES = "a number of threads, sd.Processes(8), or an executor of concurrent.futures"  # accepted engines, for error messages
+
+# accepted values of the option `engine`, for error messages
+ENGINES = "a number of threads, sd.Processes(8), or an executor of concurrent.futures"
 
 
 class EngineError(ScissordynError):

@@ -21,9 +21,9 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import xarray as xr
 
-IDEAL_SAMPLES_MAX = 50_001  # [instants] largest number of samples chosen automatically, for about a hundred revolutions
-IDEAL_SAMPLES = 501  # [instants] default number of samples of a motion with ideal joints
-ROTATION_MAX = math.radians(5.0)  # [rad] largest rotation of a body between two instants that are chosen automatically
+IDEAL_SAMPLES_MAX = 50_001  # Largest automatic number of samples of a run with ideal joints, for about a hundred revolutions
+IDEAL_SAMPLES = 501  # Default number of samples of a run with ideal joints
+ROTATION_MAX = math.radians(5.0)  # [rad] largest rotation of a body between two automatic samples of a run with ideal joints
 
 
 @checked

@@ -13,7 +13,7 @@ from scissordyn.model.options import DEFAULT_SAMPLES, Options
 if TYPE_CHECKING:
     from scissordyn.record.trajectory import Trajectory
 
-SAMPLES_MAX = 20_001  # [samples] largest number with ``samples = "auto"``: ten times the equally spaced samples
+SAMPLES_MAX = 20_001  # Largest number of samples with ``samples = "auto"``: ten times the equally spaced samples
 
 
 def sample_times(options: Options, *, curves: bool = False) -> np.ndarray:

@@ -212,6 +212,7 @@ def _contact_measure(units: str, text: str, value: Callable[[np.ndarray], float]
     return Measure(units, text, ("joint",), lambda ended: ended.per_joint(value))
 
 
+# Meaning of the measures of track deviation
 _DEVIATION = "distance of a tracked point from its position on the commanded path of the rigid ideal mechanism"
 
 
@@ -241,10 +242,14 @@ def _coupling_measure(dim: str) -> Measure:
     return Measure("N or N m", f"largest force [N] or torque [N m] {words}", (dim,), value)
 
 
-# meanings of measures
+# meaning of the measure `peak_force`
 _FORCE = "largest force that a joint transmits: of each joint with clearance, and of all others together"
-_REACTION = "largest force that a joint, a guide or a weld transmits"
+_REACTION = "largest force that a joint, a guide or a weld transmits"  # Meaning of the measure of joint reactions
+
+# Meaning of the measure of normal forces in hard contacts
 _HARD_FORCE = "estimated largest normal force in a hard contact; NaN for compliant ones"
+
+# Meaning of the measures of the pressure-velocity product
 _WEAR = "product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points"
 _JOINT, _DRIVE = ("joint",), ("drive",)
 
@@ -317,10 +322,10 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "end": Measure("s", "time reached", (), lambda e: e.time),
     }
 )
-"""Predefined measures by name."""
+"""Predefined measures of a run, by name."""
 
 
-LOAD_UNIT = "N or N m"  # unit of measures whose parts exert forces or torques
+LOAD_UNIT = "N or N m"  # unit of measures that are forces at some parts and torques at others
 
 
 def load_units(mechanism: Mechanism) -> dict[str, dict[str, str]]:
@@ -344,7 +349,7 @@ def unit_of(mechanism: Mechanism, measure: str, part: str) -> str:
 
 
 IDEAL_JOINTS = "ideal joints"
-"""Last label along the dimension "joint": all ideal joints, guides and welds together."""
+"""Last label along the dimension "joint" of measures: all ideal joints, guides and welds together."""
 
 
 def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
@@ -370,7 +375,7 @@ BAR_PROPERTY = {
     "static_bar_stress": "youngs_modulus",
     "peak_utilisation": "yield_strength",
 }
-"""Property that all bars must have for a measure, by the name of the measure."""
+"""Property that all bars need for a measure of stress or utilisation, by name of the measure."""
 
 
 def check_measures(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:

@@ -25,16 +25,16 @@ from scissordyn.run.advance.tolerance import Tolerances
 
 EXPLICIT, STIFF = "dop853", "rodas5p"  # methods of the automatic choice: for problems that are not stiff, and for stiff ones
 
-# An explicit step of DOP853 is stable up to about this value divided by the rate of a decaying mode.
-STABILITY_LIMIT = 6.0
+STABILITY_LIMIT = 6.0  # [-] largest stable product of a step size of DOP853 and the rate of a decaying mode, approximately
 
 DENSE_STATES_MAX = 400
-"""Largest number of states for which all eigenvalues of the Jacobian are computed; for more, Arnoldi's method estimates the
-largest ones.
+"""Largest number of states for which all eigenvalues of the Jacobian are computed.
+
+For more states, Arnoldi's method estimates the largest eigenvalues.
 """
 
 
-TRIAL_STEPS = 500  # number of explicit steps within which a contact closed at the start must open; otherwise it is stiff
+TRIAL_STEPS = 500  # number of explicit steps within which contacts closed at the start must open; otherwise the method is stiff
 
 
 def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:

@@ -25,17 +25,20 @@ from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import INTERRUPTED, compute, make_driver
 
 JOURNAL_DIVERGENCE = 0.1
-"""[clearances] difference of a journal's position in its bearing, or of a block's corner across its guide, from which two runs
-count as diverged."""
+"""Distance between the journals of two runs from which the runs count as diverged [clearances].
+
+In a guide, the distance is that of a block's corner across the guide.
+"""
 
 BODY_DIVERGENCE = 1e-2
-"""[mechanism sizes] difference of the position of a point of a body from which two runs count as diverged."""
-REPETITION = "repetition"  # name of the second run in a checkpoint
+"""Distance between a body's points in two runs from which the runs count as diverged [mechanism sizes]."""
+REPETITION = "repetition"  # name, in a checkpoint, of the second run, which shows the predictability horizon
 
 COMPARED_INSTANTS = 10_001
-"""Number of equally spaced times at which both runs are compared, in addition to the ends of the steps.
+"""Number of equally spaced instants at which a run and its repetition are compared, in addition to the ends of the steps.
 
-A journal can move away and back within a long step. The number does not depend on the requested samples."""
+A journal can move away and back within a long step. The number does not depend on the requested samples.
+"""
 
 
 Comparable = tuple[np.ndarray, np.ndarray]

@@ -10,10 +10,11 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.measure import IDEAL_JOINTS, MEASURES, parts_of
 
-LOAD_KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # Kind of a load, by its unit
+# Name of a load, force or torque, by its SI unit
+LOAD_KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})
 
 ALIASES = {"error": "peak_track_deviation", "end_error": "end_track_deviation"}
-"""Measures by their short names, which follow the name of a tracked point: ``tip.error``."""
+"""Measures by the short names that can follow the name of a tracked point: ``tip.error``."""
 
 
 @dataclass(frozen=True)

@@ -31,8 +31,8 @@ from scissordyn.run.trajectory_warnings import ignored_roots, stepping_warnings
 GROUP_CASES_MAX = 16
 """Largest number of cases that a thread prepares before it advances them.
 
-Preparing a single case between two calls of the loop takes three to ten times as long, since the loop leaves nothing in the
-processor's caches.
+If only one case is prepared between two calls of the loop, it takes three to ten times as long, since the loop leaves
+nothing in the processor's caches.
 """
 
 
@@ -43,7 +43,7 @@ COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
     "cause": ("", {"long_name": "why a case failed"}),
     "warnings": ("", {"long_name": "warnings of a complete case, one a line"}),
 }
-"""Columns of every table of rows: value of a case that is not computed, and attributes."""
+"""Columns of every table of cases, in addition to measures: value for a case that is not computed, and attributes."""
 
 
 def empty_columns(

@@ -10,8 +10,8 @@ from scissordyn.errors import InputError
 from scissordyn.plan.plan import Plan
 from scissordyn.run.instants import SAMPLES_MAX
 
-MEMORY_INFO = Path("/proc/meminfo")  # free memory on Linux
-CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # memory limit of a container on Linux
+MEMORY_INFO = Path("/proc/meminfo")  # file with the free memory on Linux
+CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # file with a container's memory limit on Linux
 
 
 def free_memory() -> int | None:

@@ -126,7 +126,7 @@ _FUNCTIONS_BY_TITLE = {
     "scissordyn bifurcation": "bifurcation(...)",
     "scissordyn cycles": "cycle(...)",
 }
-"""Function that makes a Dataset, by the title of the Dataset."""
+"""Function that makes a Dataset, by the attribute `title` of the Dataset."""
 
 
 @checked

@@ -40,14 +40,14 @@ if TYPE_CHECKING:
     from scissordyn.record.ideal_path import IdealPath
 
 
-RECORDED_STEPS_MAX = 2 * SAMPLES_MAX  # recorded steps from which every second one is dropped
-RUN_PART = "run"  # name of the run itself in a checkpoint
+RECORDED_STEPS_MAX = 2 * SAMPLES_MAX  # largest number of recorded time steps; at this number, every second one is dropped
+RUN_PART = "run"  # name, in a checkpoint, of the run itself
 
-MODEL_FAILED = "the contact model has failed"  # first words of the cause of a run whose contact model failed
+MODEL_FAILED = "the contact model has failed"  # first words of the cause of a failed run whose contact model failed
 
-INTERRUPTED = "interrupted"  # status of a run and cause of its end
+INTERRUPTED = "interrupted"  # status of an interrupted run, and the cause of its end
 
-# causes of a failed run, by the status of the time loop
+# causes of a failed run, by the final status of the time loop
 CAUSES = {
     loop.STEP_TOO_SMALL: "the step size fell to round-off",
     loop.NOT_FINITE: "a law or a position became infinite or not a number",

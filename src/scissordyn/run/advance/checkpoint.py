@@ -22,9 +22,9 @@ from scissordyn.model.record import DIGEST, first_difference
 from scissordyn.run.advance.driver import Driver
 from scissordyn.units import Quantity, check_quantities
 
-TITLE = "scissordyn checkpoint"  # Title of the file
+TITLE = "scissordyn checkpoint"  # Attribute `title` of a checkpoint file
 
-EXAMPLE = "-o run.nc --checkpoint '60 s'"  # Command-line options that error messages give as an example
+EXAMPLE = "-o run.nc --checkpoint '60 s'"  # Correct command-line options for a checkpoint, which error texts show
 
 
 @dataclass(frozen=True)

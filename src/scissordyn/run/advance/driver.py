@@ -38,7 +38,7 @@ from scissordyn.record.trajectory import BAND, LOG, PEAK, by_name
 from scissordyn.run.advance.system import Stepping
 from scissordyn.run.advance.tolerance import Tolerances
 
-FIRST_STEPS = 200  # number of steps in the first call of the loop; `loop.next_slice` gives that of later calls
+FIRST_STEPS = 200  # number of time steps in the first call of the compiled loop; `loop.next_slice` gives that of later calls
 
 
 @dataclass(frozen=True)
@@ -372,7 +372,7 @@ class Driver:
 
 
 SHARED_STATE = ("mode", "memory", "mass", "reference", "history", "history_length")
-"""Arrays of `integration.State` that belong to the mechanism."""
+"""Names of the arrays of `integration.State` that belong to the mechanism, not to the integration method."""
 
 
 def _integration(plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances, blocks: int) -> Integration:

@@ -13,7 +13,7 @@ from scissordyn.record.results import Run
 AnyRun = TypeVar("AnyRun", bound=Run)
 
 _STOP: ContextVar[threading.Event | None] = ContextVar("_STOP", default=None)
-"""Event that stops the runs of a thread; Python delivers Ctrl-C to the main thread only."""
+"""Event that ends the runs of the current thread; Python delivers Ctrl-C to the main thread only."""
 
 
 @contextmanager

@@ -13,14 +13,16 @@ from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.advance.system import advance_systems
 
-SLICE_STEPS_MAX = 20_000  # [steps] largest number between two checks of Ctrl-C; the steps do not depend on it
+SLICE_STEPS_MAX = 20_000  # Largest number of time steps between two checks of Ctrl-C; results do not depend on it
 
 CALL_SECONDS = 0.1
-"""[s] duration of one call of the compiled loop; Python handles Ctrl-C only between two calls."""
+"""Target duration of one call of the compiled time loop [s]; Python handles Ctrl-C only between two calls."""
 
-FULL_STATUSES = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)  # statuses for which an array is too short
+# statuses of the time loop that mean: an array is too short
+FULL_STATUSES = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
 
-UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *FULL_STATUSES)  # statuses from which a driver can advance further
+# statuses of the time loop from which a driver can advance further
+UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *FULL_STATUSES)
 
 
 def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -> list[int]:

@@ -20,7 +20,7 @@ MECHANICS = Problem(**FUNCTIONS)  # functions of the mechanics that the time loo
 HARD = Jumps(**HARD_FUNCTIONS)  # functions of hard contacts that the time loop calls
 
 CARRIED_FIELDS = [name for name in HardState._fields if name not in ("stick", "counts", "overlap")]
-"""Fields of `HardState` that the next step depends on; the other fields count since the start."""
+"""Names of the fields of `HardState` on which the next step depends; other fields count since the start of the run."""
 
 
 @entry

@@ -28,7 +28,7 @@ The clearances are a thousandth of the bars. The steps resolve axial waves, whic
 Errors in vibrations do not grow with time. Measured: half as many steps; contact forces change by 2e-5.
 """
 
-POSITION_RTOL = 1e-15  # relative tolerance of positions, at round-off: their absolute tolerance decides
+POSITION_RTOL = 1e-15  # [-] relative tolerance of coordinates, at round-off: their absolute tolerance decides
 
 
 @dataclass(frozen=True)

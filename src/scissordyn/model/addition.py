@@ -119,7 +119,7 @@ def _with_bodies(mechanism: Mechanism, changed: Iterable[Body]) -> Mechanism:
     return dataclasses.replace(mechanism, bodies=tuple(new.get(body.name, body) for body in mechanism.bodies))
 
 
-_PIN_QUANTITIES = quantities(PinFriction)  # Units and bounds of the parameters of friction in a pin
+_PIN_QUANTITIES = quantities(PinFriction)  # Units and bounds of the parameters of friction in pin joints, by name
 
 
 @documented
@@ -173,9 +173,9 @@ def _rotating_body(mechanism: Mechanism, joint: Revolute) -> tuple[str, str]:
     return "", ""
 
 
-_STOP_QUANTITIES = quantities(AngleStop)  # Units and bounds of the parameters of an end stop
+_STOP_QUANTITIES = quantities(AngleStop)  # Units and bounds of the parameters of angular end stops, by name
 
-FLANKS_SUFFIX = " flanks"  # Suffix of the name of the body that carries the flanks of a coupling
+FLANKS_SUFFIX = " flanks"  # Last word of the name of the body with the flanks of a coupling with backlash
 
 
 @documented

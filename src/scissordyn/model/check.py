@@ -26,7 +26,7 @@ from scissordyn.model.parts import Parts
 from scissordyn.tolerance import ASSEMBLY_TOL
 
 RUN_DIMENSIONS = ("time", "body", "joint", "weld", "axis", "drive", "contact", "event")
-"""Dimensions of the Dataset of every run; no class of components may have one of them as its section name."""
+"""Dimensions of every run's Dataset; no class of components may have one of them as its section name."""
 
 
 def check_parts(mechanism: Parts) -> None:

@@ -31,7 +31,7 @@ ROUGHNESS_QUANTITY = Quantity("m", above=0.0, maximum=1e-3, help="combined rms r
 # Unit, bounds and help text of the parameter `asperities` of `Lubrication`
 ASPERITIES_QUANTITY = Quantity("1", minimum=0.0, maximum=1.0, help="stiffness K of the asperities (Greenwood and Tripp)")
 
-ROUGHNESS_RATIO_MAX = 0.1  # Largest ratio of roughness to clearance; the asperity force is a series in this ratio
+ROUGHNESS_RATIO_MAX = 0.1  # Largest ratio of surface roughness to clearance; the asperity force is a series in this ratio
 
 
 @documented
@@ -117,10 +117,10 @@ ContactKind = Annotated[
 MEAN_FRICTION = State("mean_friction", "N", scale=1.0)
 """Internal state of a hard contact: mean friction force over the last step."""
 
-STORED_ENERGY = State("stored_energy", "J", scale=1.0)  # Internal state: elastic energy of a hard contact at the end of a step
-HARD_STATES = (MEAN_FRICTION, STORED_ENERGY)  # Internal states of a hard contact, in order
+STORED_ENERGY = State("stored_energy", "J", scale=1.0)  # Internal state of a hard contact: elastic energy at the end of a step
+HARD_STATES = (MEAN_FRICTION, STORED_ENERGY)  # Internal states of a hard contact, in their order in the state
 
-_HARD_COEFFICIENTS = ("kinetic", "static")  # Parameters of a friction law that a hard contact uses
+_HARD_COEFFICIENTS = ("kinetic", "static")  # Parameters of a friction law on which hard contacts depend
 
 
 class HardNumbers(NamedTuple):
@@ -183,7 +183,7 @@ ReferenceKind = Annotated[
 ]
 
 
-ANGLES_MIN = 90  # Smallest number of angles in a worn contour, 4 deg apart: the loaded arc of a bearing spans several degrees
+ANGLES_MIN = 90  # Smallest number of angles in a worn contour: 4 deg each; the loaded arc of a bearing spans several degrees
 
 # Unit and help text of the parameter `contour` of `Clearance`
 CONTOUR_QUANTITY = Quantity("m", help="depths of the worn bearing at equal angles, from the direction of its body")

@@ -83,8 +83,10 @@ Coordinate = RelativeAngle | Slide | Distance
 
 # Help text of the parameters `output_centre` and `input_centre` of teeth
 CENTRE_MEANING = Meaning("point of the wheel's body at its centre; by default that of its bearing")
-PRESSURE_ANGLE_MAX = math.radians(60.0)  # [rad] Largest operating pressure angle of teeth; gears have less than half of it
-STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # [rad] Default pressure angle of teeth, that of ISO 53:1998
+
+# [rad] largest operating pressure angle of gear teeth; usual gears have less than half of it
+PRESSURE_ANGLE_MAX = math.radians(60.0)
+STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # [rad] default pressure angle of gear teeth, that of ISO 53:1998
 
 
 Flank = Literal["", "forward", "backward"]

@@ -25,7 +25,7 @@ from scissordyn.model.parts import Parts
 from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 
 MOVED_PARTS = ("components", "rods", Rod), ("components", "latches", Latch), ("drives", "coordinate_drives", CoordinateDrive)
-"""Parts that a mechanism moves from one field to another, as the field, the new field and the class of the part.
+"""Parts that `Mechanism` moves to another field: field, new field, and class of the part.
 
 In their first field they would have no effect.
 """

@@ -10,9 +10,9 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.method import METHODS
 from scissordyn.units import Meaning, Quantity, check_quantities
 
-TIME_STEPPING = "moreau-jean"  # Name of the time-stepping method, the only one for hard contacts
-AUTO: Final = "auto"  # Value of the option `samples` for equally spaced samples and further ones during contacts
-DEFAULT_SAMPLES = 2001  # Default number of equally spaced samples
+TIME_STEPPING = "moreau-jean"  # Name of the time-stepping method, the only method for hard contacts
+AUTO: Final = "auto"  # Value of the option `samples` that adds samples during contacts to equally spaced ones
+DEFAULT_SAMPLES = 2001  # Default number of equally spaced samples of a run
 
 StartKind = Annotated[
     Literal["concentric", "in-contact", "static", "as-placed"],

@@ -26,7 +26,7 @@ GROUPS = {
     "pivots": ("*/pivot",),
     "ends": ("*/upper", "*/lower", "*/left", "*/right"),
 }
-"""Name patterns of groups of joints in an array: all joints, pivots inside the units, joints between units."""
+"""Name patterns of the groups of joints in an array: all joints, pivots inside the units, joints between units."""
 
 
 def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
@@ -53,10 +53,10 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
     return tuple(name for name in names if name in matched)
 
 
-DRIVE = "drive"  # Kind of a drive in a parameter path
+DRIVE = "drive"  # First word of the parameter path of a drive
 
 INNER_FIELDS = {"joints": "clearance", "guides": "clearance", "drives": "motion", "coordinate_drives": "motion"}
-"""Field of a part whose own fields follow the name of the part in a parameter path, as in ``A.restitution``."""
+"""Field of a part whose own fields a parameter path can name without it, as ``A.restitution``; by field of `Mechanism`."""
 
 # Field of the mechanism for each kind that may precede a name; kinds of rods, latches and components are section names
 FIELD_OF_KIND = {
@@ -70,8 +70,8 @@ FIELD_OF_KIND = {
 FIELD_OF_KIND |= {"coupling": "couplings", "coordinate_drive": "coordinate_drives"}
 
 
-LAW_OF_FIELD = {"restitution": "damping"}  # Field of a law that a path may name without the law -> kind of the law
-AXES = ("x", "y")  # Words in a parameter path for the coordinates of a point
+LAW_OF_FIELD = {"restitution": "damping"}  # Kind of the law whose field a parameter path can name without the law, by the field
+AXES = ("x", "y")  # Words for the coordinates of a point in a parameter path
 
 # Examples in error messages: a parameter of a study that varies in each joint, and parameter paths
 EACH_EXAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'

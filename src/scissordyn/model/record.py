@@ -14,12 +14,12 @@ from scissordyn.errors import InputError
 from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.user_file import origin_of
 
-PACKAGE = "scissordyn"  # Name of this package, with which modules of built-in classes begin
-KIND = "kind"  # Key of the class of a description, in plain data (types of JSON)
+PACKAGE = "scissordyn"  # Name of this package, with which the modules of built-in classes begin
+KIND = "kind"  # Key for the class of a model object in its plain data (types of JSON)
 FUNCTION, CLASS = "function", "class"
-"""Values of the key "kind" for a Python function, and for a class, that are in no file."""
+"""Keys for user-defined functions and classes in plain data (types of JSON)"""
 
-DIGEST = "digest"  # Key of the digest of a user-defined function or class, in plain data (types of JSON)
+DIGEST = "digest"  # Key for the digest of a user-defined function or class in plain data (types of JSON)
 
 
 def to_plain(described: Any) -> Any:

@@ -16,7 +16,7 @@ from scissordyn.model.parts import Gravity, GravityDirection
 from scissordyn.units import Meaning, Quantity, Sample, checked, documented
 
 UNITS_MAX = 10_000
-"""Largest number of units; the time of the elimination grows at least quadratically."""
+"""Largest number of units in a structure; the time to eliminate constraints grows at least quadratically."""
 
 
 Units = Annotated[int, Quantity("1", minimum=1, maximum=UNITS_MAX, help="number of units N")]

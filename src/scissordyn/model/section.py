@@ -108,13 +108,13 @@ SECTIONS: Mapping[str, tuple[Mapping[int, Callable[..., Section]], str]] = Mappi
         "strip": ({2: _rectangle}, "strip 30x2 mm (width, thickness in the plane)"),
     }
 )
-"""Kinds of sections: functions that compute a section, by count of dimensions, and examples of its text.
+"""Kinds of bar sections by name: functions that compute a section, by count of dimensions, and examples of its text.
 
 The depth lies in the plane of motion.
 """
 
-UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}  # Length of each unit of a section's dimensions [m]
-# Pattern of the text of a section, such as "tube 60x60x1.5 mm": kind, dimensions and unit
+UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}  # Length of each unit of a bar section's dimensions [m]
+# Pattern of the text of a bar section, "tube 60x60x1.5 mm": kind, dimensions and unit
 SECTION_PATTERN = re.compile(r"\s*([a-z]+)\s+([-+0-9.e]+(?:\s*x\s*[-+0-9.e]+)*)\s*([a-z]+)\s*")
 
 

@@ -13,7 +13,7 @@ from scissordyn.components.place import Point
 from scissordyn.units import Quantity, extras, hints_of, quantities
 
 Route = tuple[str | int, ...]  # Fields, keys and indices, from the top of a description
-POINTS = Quantity("m", help="point that joints refer to, in the body's frame")  # Unit and meaning of the points of a body
+POINTS = Quantity("m", help="point that joints refer to, in the body's frame")  # Unit and help text of the points of a body
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,9 @@ from scissordyn.sensitivity.seed import weighted_mechanisms
 from scissordyn.tolerance import ROUND_OFF_TOL
 
 DIFFERENCE_STEP = ROUND_OFF_TOL**0.25
-"""Largest relative change of samples and outputs in the differences of variables along their derivatives.
+"""Largest relative change of samples and outputs in differences that give derivatives of a run's variables.
 
-Variables are simple functions of these, so that the error of fourth order is round-off there.
+Variables are simple functions of these, so that the error of fourth order is round-off.
 """
 
 

@@ -28,13 +28,13 @@ from scissordyn.sensitivity.part_error import PARTS_MAX, WEIGHT_FACTOR
 from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, Watched
 from scissordyn.sensitivity.twin import VALUE, Twin
 
-CHECK_STEPS = 100  # [steps] number of steps between two checks for Ctrl-C, reports of progress, and kept states
+CHECK_STEPS = 100  # Number of repeated time steps between two checks for Ctrl-C, progress reports, and stored states
 
-# [steps] Smallest length of the history of delayed signals: where steps are divided, more of them are stored than in the run
+# Smallest number of steps in the history of delayed signals; more steps are stored than in the run if steps are divided
 HISTORY_STEPS = 16_384
 
 TOLERANCE_FACTORS = {EXPLICIT: 100.0, ROSENBROCK: 1000.0}
-"""Largest relative errors of derivatives in a step by kind of method, as multiples of the relative tolerance of the run.
+"""Largest relative error of derivatives in a step, as a multiple of the run's relative tolerance, by kind of method.
 
 The values of Rosenbrock methods are less accurate at contacts, so that more accurate derivatives would not help.
 """
@@ -58,9 +58,10 @@ def _replay_error(failure: int, time: float) -> ScissordynError:
     return ScissordynError(text)
 
 
-SAMPLED_ARRAYS = ("state", "total", "memory", "mass", "reference")  # Fields of `Samples` whose derivatives are stored
+# Names of the fields of `Samples` whose derivatives are stored
+SAMPLED_ARRAYS = ("state", "total", "memory", "mass", "reference")
 
-POINTER_ARRAYS = ("force_kernel", "gap_kernel", "switch_kernel")  # Arrays of the model with kernel pointers
+POINTER_ARRAYS = ("force_kernel", "gap_kernel", "switch_kernel")  # Names of the arrays of the model with kernel pointers
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from scissordyn.integrate.event import cubic, sign_of
 from scissordyn.integrate.integration import DATA, GUARD, TIME
 from scissordyn.kernel import derivative, kernel, value_of
 
-SINCE_EVENT = -math.inf  # `Watched.since` of a guard that has been close to zero since its last event
+SINCE_EVENT = -math.inf  # Value of `Watched.since` for a guard that has been close to zero since its last event
 
 INSTANT, VALUE, RATE, EVENT, SLOPES = range(5)
 """Columns of `Watched.gap`: instant, value and rate of a guard after the last step, its last event, and first derivative."""

@@ -43,8 +43,8 @@ from scissordyn.units import Meaning, Quantity, checked
 if TYPE_CHECKING:
     import xarray as xr
 
-TITLE = "scissordyn gradient"  # Title of the Dataset of derivatives
-EXACT_RTOL = 1e-11  # Tolerance of runs with derivatives, which have a larger error than values
+TITLE = "scissordyn gradient"  # Attribute `title` of the Dataset of derivatives
+EXACT_RTOL = 1e-11  # [-] relative tolerance of runs with derivatives, whose errors are larger than those of values
 
 
 _Seeded = tuple[Parameter, dict[str, np.ndarray], str]  # a parameter, the derivatives of the start, and their limit

@@ -36,7 +36,7 @@ from scissordyn.plugin.element import RECIPES
 from scissordyn.sensitivity.hard_replay import HardWatched, follow_hard
 from scissordyn.sensitivity.replay import Watched, end, follow
 
-DERIVATIVES = 8  # Number of derivatives of a dual number, one per parameter; 8 doubles fill the widest vector register
+DERIVATIVES = 8  # Number of derivatives in a dual number, one per parameter; 8 doubles fill the widest vector register
 
 # Functions of the library: repeat the last step, without and with hard contacts, finish a run
 FOLLOW, FOLLOW_HARD, END = Entry(follow), Entry(follow_hard), Entry(end)
@@ -44,9 +44,10 @@ FOLLOW, FOLLOW_HARD, END = Entry(follow), Entry(follow_hard), Entry(end)
 KERNEL_SUBPACKAGES = ("compiler", "plugin", "laws", "control", "components", "mechanics", "integrate", "sensitivity")
 """Subpackages from which the libraries are compiled; their file names contain a digest of the sources."""
 
-INSTALLED = PACKAGE  # Folder of the libraries of a wheel
+INSTALLED = PACKAGE  # Folder of the compiled libraries in an installed wheel
 
-ADVANCE_SYMBOL = "run_advance_system_advance_systems"  # Name, in the package's library, of the function that makes steps
+# Name of the function that advances runs in the package's compiled library
+ADVANCE_SYMBOL = "run_advance_system_advance_systems"
 
 KINDS: Mapping[str, tuple[type, ...]] = {
     "loop": (Tableau, Watched, Model),  # The model's tables of lengths have no derivatives
@@ -60,10 +61,10 @@ One loop for all contacts would be slower: the compiler inlines a function that 
 """
 
 VECTOR_FLAGS = {8: ("-mavx512f", "-mavx512bw", "-mavx512dq", "-mavx512vl"), 4: ("-mavx2", "-mfma")}
-"""Compiler flags of x86-64 processors by the number of doubles in a vector; all other processors need none."""
+"""C compiler flags of x86-64 processors, by the number of doubles in a vector; all other processors need none."""
 
 
-_LOADING = threading.Lock()  # held while a library is compiled, so that other threads wait for it
+_LOADING = threading.Lock()  # lock held while a library of derivatives is compiled, so that other threads wait for it
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ LIMIT_REASONS = {
     "near": "may begin or end a contact, stop or latch that nearly does so",
     "mode": "may change whether surfaces separate, stick or slip in an impact",
 }
-"""Reasons why a gradient is valid only until an instant, as the end of the sentence "a change of 1 % ..."."""
+"""Reasons why a gradient is valid only until an instant; each ends the sentence "a change of 1 % ..."."""
 
 
 class Limit(NamedTuple):

@@ -21,7 +21,7 @@ from scissordyn.sensitivity.seed import weighted_mechanisms
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 
 INTEGRAL_MEASURES = ("impulse", "pressure_distance", "rms_drive_torque", "rms_track_deviation", *POWERS)
-"""Measures that integrate a quantity over time."""
+"""Names of measures that integrate a quantity over time."""
 
 
 DIFFERENTIABLE = (
@@ -29,7 +29,7 @@ DIFFERENTIABLE = (
     *("peak_drive_torque", "peak_indentation", "peak_track_deviation", "end_track_deviation", "deployment_time"),
     *("peak_component_force", "peak_coupling_force", "peak_coordinate_drive_force", "mass", *INTEGRAL_MEASURES),
 )
-"""Measures with derivatives. Other measures are counts, verdicts, or values at samples or ends of steps."""
+"""Names of measures with derivatives. Other measures are counts, verdicts, or values at samples or ends of steps."""
 
 
 def _contact_forces(ended: Ended) -> np.ndarray:

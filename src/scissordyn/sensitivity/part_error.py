@@ -8,11 +8,11 @@ from scissordyn.integrate.step import add_rows
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import derivative, kernel, value_of
 
-PARTS_MAX = 1000  # Largest number of parts of a step that is divided for accurate derivatives, rejected parts included
-PART_MIN_FRACTION = 1e-7  # [steps] Shortest part of a step; its error is too small to matter
+PARTS_MAX = 1000  # Largest number of parts, with rejected ones, into which a step is divided for accurate derivatives
+PART_MIN_FRACTION = 1e-7  # [steps] shortest part of a step that is divided for accurate derivatives; its error is negligible
 
 WEIGHT_FACTOR = 10.0
-"""Largest absolute error of a derivative in a step, as a multiple of the absolute error weight of its value.
+"""Largest absolute error of a derivative in a step, as a multiple of the absolute error weight of the value.
 
 The derivative is by the parameter divided by its scale.
 """

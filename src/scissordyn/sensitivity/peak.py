@@ -9,10 +9,10 @@ from scissordyn.integrate.integration import LARGEST
 from scissordyn.integrate.step import fraction, place
 from scissordyn.kernel import derivative, kernel, value_of
 
-SLOPE_PROBE = 1e-2  # [steps] Distance of the two instants with which the secant search for a maximum begins
-PEAK_MOVED_MAX = 0.1  # [steps] Largest distance between a recorded peak and the root of its slope, which round-off moves
-SLOPE_TOL = 1e-3  # Largest slope at a smooth maximum, relative to the largest slope during the search; a kink has a larger one
-PEAK_ROOT_STEPS = 3  # Number of secant steps of the search for a maximum, where the slope of a monitored value is zero
+SLOPE_PROBE = 1e-2  # [steps] distance of the first two instants in the secant search for a maximum of a monitored value
+PEAK_MOVED_MAX = 0.1  # [steps] largest distance of a recorded maximum from the root of its slope, which round-off moves
+SLOPE_TOL = 1e-3  # [-] largest slope at a smooth maximum, relative to the largest in the search; a kink has a larger slope
+PEAK_ROOT_STEPS = 3  # Number of secant steps in the search for a maximum, the root of a monitored value's slope
 
 
 @kernel

@@ -72,10 +72,11 @@ FOLLOWED, ANOTHER_MODE, NO_ROOT, FULL, JUMP, UNFINISHED = range(6)
 delayed signals is full; rates jump at a multiple of a delay that is a parameter; the step needs more than `PARTS_MAX` parts.
 """
 
-ROOT_PRECISIONS = 10.0  # Largest value of a guard that counts as zero at its event, as a multiple of its location precision
+ROOT_PRECISIONS = 10.0  # Largest value of a guard at its event that counts as zero, as a multiple of its location precision
 
-JUMP_PROBE = 10.0 * EVENT_TOL  # [instants] Distance from an instant at which the rates on either side of it are evaluated
-JUMP_MIN = 1e-6  # Smallest change of the rates at an instant that counts as a jump, as a fraction of the rates
+# [-] distance from an instant, as a fraction of it, at which the rates on both sides are evaluated
+JUMP_PROBE = 10.0 * EVENT_TOL
+JUMP_MIN = 1e-6  # [-] smallest relative change of the rates at an instant that counts as a jump
 
 
 class Watched(NamedTuple):

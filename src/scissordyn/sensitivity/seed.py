@@ -30,10 +30,12 @@ from scissordyn.run.advance.tolerance import controller_delays
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 
-LARGEST_STEP = 4e-3  # [parameter scales] Largest step of the differences
-STEP_ROUND_OFF = float(np.finfo(float).eps) / LARGEST_STEP  # [-] Its round-off; that of a shorter step is larger in proportion
+LARGEST_STEP = 4e-3  # [parameter scales] largest step of finite differences by a parameter
 
-# Central finite differences: places in steps, and weights of sixth, fourth and second order
+# [-] round-off of a difference with the step `LARGEST_STEP`; inversely proportional to the step
+STEP_ROUND_OFF = float(np.finfo(float).eps) / LARGEST_STEP
+
+# Central finite differences of sixth, fourth and second order: places in steps, and weights
 CENTRAL_DIFFERENCES = (
     (-3, -2, -1, 1, 2, 3),
     (
@@ -42,9 +44,9 @@ CENTRAL_DIFFERENCES = (
         (0, 0, -1 / 2, 1 / 2, 0, 0),
     ),
 )
-# Weights of the values at these places in the value at place 0 that lies between them
+# Weights that interpolate the value at place 0 from the six places of `CENTRAL_DIFFERENCES`
 MIDDLE_WEIGHTS = (1 / 20, -3 / 10, 3 / 4, 3 / 4, -3 / 10, 1 / 20)
-# The same of finite differences with places on one side only
+# One-sided finite differences of sixth, fifth and fourth order: places in steps, and weights
 FORWARD_DIFFERENCES = (
     (0, 1, 2, 3, 4, 5, 6),
     (
@@ -54,16 +56,17 @@ FORWARD_DIFFERENCES = (
     ),
 )
 
-ANGLES = ("maps.offset", "state.reference")  # Names of arrays of angles of bodies
-NUMBERS = "parameters."  # Beginning of the names of arrays that are computed without compiling or assembling the mechanism
+ANGLES = ("maps.offset", "state.reference")  # Names of the arrays that contain angles of bodies
+NUMBERS = "parameters."  # First word of the names of arrays that are computed without compiling or assembling the mechanism
 
-# Central and one-sided finite differences of fourth order: weights by place in steps
+# Central and one-sided finite differences of fourth order: weight by place in steps
 FOURTH_ORDER = tuple(
     {sense * place: sense * weight for place, weight in zip(places, orders[row], strict=True) if weight}
     for (places, orders), row, sense in ((CENTRAL_DIFFERENCES, 1, 1), (FORWARD_DIFFERENCES, 2, 1), (FORWARD_DIFFERENCES, 2, -1))
 )
 
-PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of `System` that keep values between evaluations
+# Names of the fields of `System` that keep their values between evaluations
+PERSISTENT_PARTS = ("model", "parameters", "state", "friction")
 
 
 @dataclass(frozen=True)

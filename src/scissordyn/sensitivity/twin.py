@@ -11,11 +11,11 @@ from scissordyn.kernel import address_of, fields_of
 from scissordyn.mechanics.system import LAW_KERNELS
 from scissordyn.sensitivity.library import DERIVATIVES
 
-DUAL_DOUBLES = DERIVATIVES + 1  # Number of doubles in a dual number: its derivatives, then its value
-VALUE = DERIVATIVES  # Index of the value in a dual number
+DUAL_DOUBLES = DERIVATIVES + 1  # Number of doubles in a dual number: derivatives, then value
+VALUE = DERIVATIVES  # Index of the value among the doubles of a dual number
 
 
-POINTER_FIELDS = ("controller", "law", "energy")  # Fields of named tuples with kernel pointers
+POINTER_FIELDS = ("controller", "law", "energy")  # Names of the fields of named tuples that contain kernel pointers
 
 
 class Twin:

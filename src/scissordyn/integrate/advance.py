@@ -63,12 +63,14 @@ After `CHANGE_POINT` the caller makes a step across a singular position.
 """
 
 
-STALLED_MAX = 1000  # Number of trials and events without progress in time after which a run is stuck
+STALLED_MAX = 1000  # Largest number of trial steps and events without progress in time, after which a run is stuck
 
 
-STEP_END_FRACTION = 0.999  # Fraction of a step beyond which a crossing is the step's own end
+STEP_END_FRACTION = 0.999  # Fraction of a step beyond which a guard's zero crossing counts as at the end of the step
 TURN_OVERSHOOT = 1.1  # Overshoot of a step that should end after a guard's turning point, as a multiple of the secant estimate
-MISSED_CROSSING_ERROR = 100.0  # Error of a step that is rejected because crossings were missed; it about halves the step size
+
+# Error assigned to a step with missed guard crossings, which is rejected; it about halves the step size
+MISSED_CROSSING_ERROR = 100.0
 
 
 @kernel

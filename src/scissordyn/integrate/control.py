@@ -12,15 +12,15 @@ from scissordyn.kernel import kernel
 from scissordyn.tolerance import SHORT_STEP_FRACTION
 
 SAFETY_FACTOR = 0.9  # Factor on the step size that the error estimate suggests
-STEP_FACTOR_MIN = 0.2  # Least ratio of successive step sizes
+STEP_FACTOR_MIN = 0.2  # Smallest ratio of successive step sizes
 STEP_FACTOR_MAX = 8.0  # Largest ratio of successive step sizes
 FALL_STEP_FACTOR = 1.3  # Largest ratio of a step that ends on a contact's release to the last accepted step after its onset
 FALL_APPROACH_FRACTION = 0.6  # Largest fraction of the time to a contact's release that a step with even time covers
-ATTEMPTS_MAX = 8  # Largest number of attempts to end a step on an event; Newton's method needs two or three
+ATTEMPTS_MAX = 8  # Largest number of attempts to end a step on an event; Newton's method usually needs two or three
 
 STATELESS_FACTOR_MAX = 1.5  # Largest ratio of successive step sizes of a problem without states, whose motion has no error
 
-STEP_MIN_FRACTION = 4e-16  # Least step size as a fraction of its instant: the clock does not resolve smaller ones
+STEP_MIN_FRACTION = 4e-16  # Smallest step size as a fraction of its instant; smaller ones are below the round-off of time
 
 
 @kernel

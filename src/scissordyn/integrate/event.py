@@ -18,7 +18,7 @@ from scissordyn.integrate.step import speed
 from scissordyn.kernel import kernel
 from scissordyn.tolerance import NEWTON_STEPS_MAX
 
-PROBE_INTERVALS = 6  # Number of intervals of a step, at whose ends guards are evaluated
+PROBE_INTERVALS = 6  # Number of intervals into which a step is divided to evaluate guards at their ends
 
 ROOT_REACH_FRACTION = 0.75
 """Fraction of a step that limits the search for roots of guards.
@@ -26,7 +26,7 @@ ROOT_REACH_FRACTION = 0.75
 If no guard can reach zero within this fraction, at the larger of its rates at both ends, roots are not searched.
 """
 
-CUBIC_ERROR_FACTOR = 4.0  # Safety factor on the cubic's error at the middle
+CUBIC_ERROR_FACTOR = 4.0  # Safety factor on the error of a guard's cubic interpolation, found at the middle of the interval
 
 
 @kernel

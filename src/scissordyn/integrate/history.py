@@ -15,12 +15,14 @@ from scissordyn.integrate.step import place
 from scissordyn.interpolation import lagrange_polynomials
 from scissordyn.kernel import kernel
 
-SIGNAL_COEFFICIENTS = 8  # Number of coefficients of a signal; the dense output of the most accurate method has degree seven
+SIGNAL_COEFFICIENTS = 8  # Number of coefficients of a recorded signal in each step: dense output has at most degree seven
 
 _INNER = (0.2225209339563144, 0.6234898018587335, 0.9009688679024191)  # cos(k pi/7), k = 3, 2, 1
+
+# Chebyshev-Lobatto nodes of a step on -1 .. 1, at which recorded signals are evaluated
 CHEBYSHEV_NODES: np.ndarray = np.array((-1.0, *(-x for x in reversed(_INNER)), *_INNER, 1.0))
 TRANSFORM: np.ndarray = np.array(lagrange_polynomials(CHEBYSHEV_NODES), float).T.copy()
-"""Matrix from values at the nodes to coefficients; its condition number is about a thousand."""
+"""Matrix from values of a signal at `CHEBYSHEV_NODES` to its coefficients; its condition number is about a thousand."""
 
 
 def make_history(signals: int, steps: int = 4096) -> np.ndarray:

@@ -13,7 +13,7 @@ from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, fields_of, opener
 MONITORED_VALUES = 3  # Monitored values of a row: the largest value of the first is kept, and all are integrated
 RESET_DATA = 3  # Number of values that a reset may write into the event log
 SPARE_ROWS = 4  # Rows of `Work.monitored` for points inside a step: three equidistant ones, and one for the search of a maximum
-HALVINGS_MAX = 12  # Largest number of halvings between two probes in search of a rise that is followed by a fall
+HALVINGS_MAX = 12  # Largest number of bisections between two probes of a guard that may rise and fall in between
 
 TIME, GUARD, MODE, DATA = range(4)
 ENDED = DATA + RESET_DATA

@@ -7,8 +7,9 @@ from scissordyn.integrate.dormand_prince import DOP853, DOPRI5
 from scissordyn.integrate.rodas import RODAS4P, RODAS5P
 from scissordyn.integrate.tableau import Tableau
 
-TABLEAUS = {"dop853": DOP853, "dopri5": DOPRI5, "rodas5p": RODAS5P, "rodas4p": RODAS4P}  # explicit methods first
-METHODS = tuple(TABLEAUS)
+# coefficients of the integration methods by name, explicit methods first
+TABLEAUS = {"dop853": DOP853, "dopri5": DOPRI5, "rodas5p": RODAS5P, "rodas4p": RODAS4P}
+METHODS = tuple(TABLEAUS)  # Names of the integration methods with error control
 
 
 def tableau(name: str) -> Tableau:

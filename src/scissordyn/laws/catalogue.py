@@ -15,8 +15,8 @@ from scissordyn.plugin.element import Slot, element_named, elements_in
 from scissordyn.plugin.user_file import class_in
 from scissordyn.units import checked
 
-ELASTIC: Mapping[str, type[Elastic]] = elements_in(elastic)  # Elastic parts of the normal force, by name
-DAMPING: Mapping[str, type[Damping]] = elements_in(damping)  # Damping parts of the normal force, by name
+ELASTIC: Mapping[str, type[Elastic]] = elements_in(elastic)  # Laws of the elastic part of the normal force, by name
+DAMPING: Mapping[str, type[Damping]] = elements_in(damping)  # Laws of the damping part of the normal force, by name
 FRICTION: Mapping[str, type[Friction]] = elements_in(friction)  # Friction laws, by name
 
 BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(

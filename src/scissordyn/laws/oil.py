@@ -12,8 +12,10 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 COLD, HOT = 313.15, 373.15  # Temperatures of stated oil viscosities [K]: 40 and 100 deg C
-TEMPERATURE_RANGE = 253.15, 423.15  # Range of temperatures [K]; outside it oils solidify, or evaporate and age
-VISCOSITY_BOUNDS = {"minimum": 2e-6, "maximum": 1e-1}  # [m^2/s]; below 2 mm^2/s the equation of ASTM D341 has further terms
+TEMPERATURE_RANGE = 253.15, 423.15  # Range of oil temperatures [K]; below it oils solidify, above it they evaporate and age
+
+# [m^2/s] bounds of oil viscosities; below 2 mm^2/s the equation of ASTM D341 has further terms
+VISCOSITY_BOUNDS = {"minimum": 2e-6, "maximum": 1e-1}
 
 
 INDEX_COEFFICIENTS = (
@@ -131,8 +133,10 @@ class Oil:
         return self.density * kinematic
 
 
+# Source of the values of hydraulic oils
 _DTE = "typical values of Mobil DTE 20 hydraulic oils, product data sheet; grades by ISO 3448"
 
+# Source of the values of oils of an ISO viscosity grade
 _GRADE = "middle of the grade by ISO 3448; viscosity index 95 by ASTM D2270, that of a mineral oil"
 
 _ALL = (

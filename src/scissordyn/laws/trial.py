@@ -15,12 +15,13 @@ from scissordyn.laws.contact import Damping, Elastic, JointContact
 from scissordyn.plugin.element import arguments_of, pointers, row_of
 from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 
-# Test values of laws: approach speeds and rates [m/s], normal forces [N], slip speeds [m/s]
-APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
+APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # Test values of the approach speed at contact onset of damping laws [m/s]
+
+# Test values of the indentation rate of damping laws, in both directions [m/s]
 RATES = (*(-np.logspace(1, -6, 8)).tolist(), 0.0, *np.logspace(-6, 1, 8).tolist())
-FORCES = (0.0, *np.logspace(-3, 6, 10).tolist())
+FORCES = (0.0, *np.logspace(-3, 6, 10).tolist())  # Test values of the normal force of damping and friction laws [N]
 SPEEDS = (*(-np.logspace(1, -9, 11)).tolist(), 0.0, *np.logspace(-9, 1, 11).tolist())
-"""Test values of laws: speeds from rest to 10 m/s in both directions, forces from zero to 1 MN."""
+"""Test values of the slip speed of friction laws, from rest to 10 m/s in both directions [m/s]."""
 
 DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspace(0.0, 1.0, 65)[1:]]))
 """Test indentations of a stiffness law, in clearances (in corner radii at a plane guide surface)."""

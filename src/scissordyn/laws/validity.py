@@ -16,7 +16,7 @@ from scissordyn.laws.trial import doubts
 from scissordyn.plugin.element import is_built_in, pointers, row_of
 from scissordyn.warning import RunWarning, warning
 
-LAW_SAMPLES = 400  # Number of indentations at which a law is evaluated, between which its values are interpolated
+LAW_SAMPLES = 400  # Number of indentations at which a contact law is evaluated; values between them are interpolated
 
 
 def contact_failure(joint: str, contact: JointContact, indentation: float, kind: str = "joint", *, margin: float = 0.0) -> str:

@@ -90,7 +90,7 @@ def _interpolant(series: list[Decimal]) -> list[Decimal]:
 _CHEBYSHEV_9 = {1: 9, 3: -120, 5: 432, 7: -576}  # T_9 = 256 x^9 - 576 x^7 + 432 x^5 - 120 x^3 + 9 x
 
 
-_PIECES = _pieces()  # Table of t over s
+_PIECES = _pieces()  # Table of the logarithmic laws' polynomials, which give t as a function of s
 
 
 @kernel

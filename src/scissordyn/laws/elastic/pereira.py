@@ -9,7 +9,7 @@ from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic import power_law
 from scissordyn.plugin.element import element
 
-CLEARANCES = (0.005, 0.34954, 10.0)  # Limits of the two pieces of the exponent, c in mm
+CLEARANCES = (0.005, 0.34954, 10.0)  # Limits of the clearance c for the two pieces of the exponent [mm]
 
 
 @element(

@@ -8,7 +8,7 @@ from scissordyn.laws.contact import JointContact, TangentElastic
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 from scissordyn.plugin.element import element
 
-QUADRATURE_PIECES = 3  # Number of quadrature intervals of b^2; with one interval the pole costs six digits
+QUADRATURE_PIECES = 3  # Number of quadrature intervals of Persson's integral over b^2; with one, the pole costs six digits
 ARC_MAX = 0.75  # Largest b^2 of the law itself; beyond, it continues along its tangent (its pole is at 0.834, delta = 10 c)
 
 

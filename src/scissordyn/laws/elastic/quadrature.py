@@ -9,8 +9,8 @@ from scissordyn.tolerance import CONVERGENCE_TOL
 NODES, WEIGHTS = gauss_rule(16)
 """Gauss's rule of 16 points on [0, 1]. With delta = d s^2 the powers 3/2, 10/9 and 1 of delta become smooth in s."""
 
-LEVEL_MAX = 40  # Largest number of bisections of an interval; the smallest is 2^-40 of the range
-PIECES_MAX = 4000  # Largest number of intervals
+LEVEL_MAX = 40  # Largest number of bisections of a quadrature interval; the smallest is 2^-40 of the range
+PIECES_MAX = 4000  # Largest number of quadrature intervals of a law
 
 
 @kernel

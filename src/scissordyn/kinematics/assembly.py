@@ -27,7 +27,7 @@ from scissordyn.plan.plan import plan as make_plan
 from scissordyn.plan.system import make_system
 from scissordyn.tolerance import ROUND_OFF_TOL
 
-IMPROVEMENT_FRACTION = 0.9  # Largest ratio of new to old error at which a correction towards given positions continues
+IMPROVEMENT_FRACTION = 0.9  # Largest ratio of new to old position error at which the correction of an assembly continues
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.plan.plan import Plan
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 
-INPUT_SAMPLES = 4001  # [samples] number of instants at which the inputs are evaluated to find their range
+INPUT_SAMPLES = 4001  # Number of instants at which the prescribed inputs are evaluated to find their range
 
 
 @dataclass(frozen=True)

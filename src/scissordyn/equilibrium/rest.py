@@ -22,7 +22,7 @@ from scissordyn.plan.system import guard_values
 
 STEP_MAX = 1e4  # [s] largest step size of the descent to equilibrium; steps of this size are those of Newton's method
 STEP_MIN = 1e-9  # [s] step size below which the descent to equilibrium has failed
-STEPS_MAX = 5000  # Largest number of steps in a descent to equilibrium; more steps have failed
+STEPS_MAX = 5000  # Largest number of steps in a descent to equilibrium; if they are used up, the descent has failed
 DISPLACEMENT_MAX = 100.0  # [mechanism sizes] a mechanism that moves farther in its descent to equilibrium is held by nothing
 STEP_DISPLACEMENT_MAX = 0.3  # [mechanism sizes] largest displacement in one step of the descent to equilibrium
 

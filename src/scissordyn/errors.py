@@ -7,10 +7,11 @@ import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-LINE_BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")  # line breaks and tabs
+LINE_BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")  # pattern of line breaks and tabs in a message
 
 
-LONG_NUMBER = re.compile(r"(\d{12})\d{48,}")  # a number that is too long to read
+# pattern of a number in a message that has too many digits to read; it is shortened
+LONG_NUMBER = re.compile(r"(\d{12})\d{48,}")
 
 
 def shortened(text: str) -> str:

@@ -25,7 +25,7 @@ import numpy as np
 
 from scissordyn.errors import ScissordynError
 
-PACKAGE = Path(__file__).parent
+PACKAGE = Path(__file__).parent  # Folder of this package
 
 
 def library_name(machine: str = "") -> str:
@@ -223,7 +223,7 @@ def _words(hint: Any) -> list[Any]:
     return [{int: ctypes.c_int64, float: ctypes.c_double}.get(hint, ctypes.c_void_p)]
 
 
-_EMPTY_ADDRESS = np.zeros(1).ctypes.data  # address of arrays without entries
+_EMPTY_ADDRESS = np.zeros(1).ctypes.data  # address that kernels get for arrays without entries
 
 
 def address_of(array: np.ndarray) -> int:
@@ -465,6 +465,7 @@ def call_at(address: int, q: Any, v: Any, z: Any, x: Any, p: Any, out: Any) -> A
     return _AT_POINTER(int(address))(*(array.ctypes.data for array in arrays))
 
 
+# C type of a kernel behind a pointer: six pointers as arguments, a double as result
 _AT_POINTER = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_void_p] * 6)
 
 

@@ -221,6 +221,7 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
     return np.asarray(jump * np.where(sizes > 0.0, sizes, 1.0))
 
 
+# Possible causes, in a warning, of a poor fit to the measured data
 MISFIT_CAUSES = "the mechanism or its start differs from what was measured, or this is a local minimum (try more starts)"
 
 

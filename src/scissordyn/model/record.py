@@ -17,7 +17,7 @@ from scissordyn.plugin.user_file import origin_of
 PACKAGE = "scissordyn"  # Name of this package, with which the modules of built-in classes begin
 KIND = "kind"  # Key for the class of a model object in its plain data (types of JSON)
 FUNCTION, CLASS = "function", "class"
-"""Keys for user-defined functions and classes in plain data (types of JSON)"""
+"""Keys for user-defined functions and classes in plain data (types of JSON)."""
 
 DIGEST = "digest"  # Key for the digest of a user-defined function or class in plain data (types of JSON)
 

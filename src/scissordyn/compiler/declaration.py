@@ -31,7 +31,7 @@ _C_WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register restrict
 return short signed sizeof static struct switch typedef union unsigned void volatile while
 """
-KEYWORDS = frozenset(_C_WORDS.split())  # Words of C that no name may be
+KEYWORDS = frozenset(_C_WORDS.split())  # Words of C that no compiled name may be
 
 
 def member(name: str) -> str:

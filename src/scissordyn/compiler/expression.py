@@ -53,7 +53,7 @@ MATH: Mapping[Any, str] = {
     math.degrees: "degrees",
     math.radians: "radians",
 }
-"""Functions of one or two numbers, by their names in C."""
+"""Names in C of functions of one or two numbers, by function in Python."""
 
 CASTS: Mapping[Any, tuple[str, Scalar]] = {
     **dict.fromkeys((int, np.int64), ("((int64_t)({}))", INT)),
@@ -67,9 +67,9 @@ CASTS: Mapping[Any, tuple[str, Scalar]] = {
         for module in (math, np)
     },
 }
-"""Conversions and tests of a number."""
+"""C text and result type of conversions and tests of a number, by function in Python."""
 
-# Operators in C by the nodes of Python's syntax tree
+# Operators in C, by the nodes of Python's syntax tree
 OPERATORS: Mapping[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
 COMPARISONS: Mapping[type, str] = {
     ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Is: "==", ast.IsNot: "!=",

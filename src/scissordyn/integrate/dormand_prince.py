@@ -201,11 +201,14 @@ _D8 = (
     ),
 )
 
-_IDLE8 = (1, 2, 3, 4)  # Stages with zero weight in the end of the step, its errors and the dense output
-_THIRD8 = {0: 0.2440944881889764, 4: 0.7338466882816118, 7: 0.022058823529411766}  # Weights of the embedded method of order 3
-# Weights of the second error estimate: the step minus the embedded method
+_IDLE8 = (1, 2, 3, 4)  # Stages of DOP853 with zero weight in the end of the step, its errors and the dense output
+
+# Weights of the embedded method of order 3 in DOP853
+_THIRD8 = {0: 0.2440944881889764, 4: 0.7338466882816118, 7: 0.022058823529411766}
+# Weights of DOP853's second error estimate: the step minus the embedded method
 _THIRD8_ERROR = tuple(weight - _THIRD8.get(k, 0.0) for k, weight in enumerate(_FURTHER8[0]))
 
+# Explicit Runge-Kutta method DOP853 of order 8, as a table of coefficients
 DOP853 = explicit_tableau(
     order=8.0, stages=12, rows=_A8, further=_FURTHER8, idle=_IDLE8, nodes=_C8, error=(_FIFTH8_ERROR, _THIRD8_ERROR), dense=_D8
 )
@@ -234,4 +237,5 @@ _D5 = (
 )
 
 
+# Explicit Runge-Kutta method DOPRI5 of order 5, as a table of coefficients
 DOPRI5 = explicit_tableau(order=5.0, stages=6, rows=_A5, nodes=_C5, error=(_E5,), dense=_D5)

@@ -41,7 +41,7 @@ _COUPLINGS5 = (
     ),
 )
 _NODES5 = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
-# Factors of the derivative of the right-hand side by time
+# Factors of the time derivative of the right-hand side in the stages of RODAS5P
 _SLOPES5 = (0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069)
 _DENSE5 = (
     (
@@ -76,6 +76,7 @@ _DENSE5 = (
     ),
 )
 
+# Rosenbrock method RODAS5P of order 5, as a table of coefficients
 RODAS5P = rosenbrock_tableau(
     order=5.0, gamma=0.21193756319429014, rows=_A5, couplings=_COUPLINGS5, nodes=_NODES5, slopes=_SLOPES5, dense=_DENSE5
 )
@@ -97,12 +98,13 @@ _COUPLINGS4 = (
     (34.62605830930532, 15.30084976114473, 56.99955578662667, 18.40807009793095, -5.714285714285717),
 )
 _NODES4 = (0.0, 0.75, 0.21, 0.63, 1.0, 1.0)
-_SLOPES4 = (0.25, -0.5, -0.023504, -0.0362)  # Factors of the derivative of the right-hand side by time
+_SLOPES4 = (0.25, -0.5, -0.023504, -0.0362)  # Factors of the time derivative of the right-hand side in the stages of RODAS4P
 _DENSE4 = (
     (25.09876703708589, 11.62013104361867, 28.49148307714626, -5.664021568594133, 0.0, 0.0),
     (1.638054557396973, -0.7373619806678748, 8.477918219238990, 15.99253148779520, -1.882352941176471, 0.0),
 )
 
+# Rosenbrock method RODAS4P of order 4, as a table of coefficients
 RODAS4P = rosenbrock_tableau(
     order=4.0, gamma=0.25, rows=_A4, couplings=_COUPLINGS4, nodes=_NODES4, slopes=_SLOPES4, dense=_DENSE4
 )

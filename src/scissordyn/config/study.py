@@ -61,7 +61,7 @@ OWN_MEASURE = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S
 """Text of a user-defined measure before its equals sign: name, unit in brackets, and argument of the function."""
 
 
-MOTOR_MEASURE = "motor_fraction"  # name of the measure in a study with a motor curve
+MOTOR_MEASURE = "motor_fraction"  # name of the measure that a study with a motor curve adds
 
 OWN_MEASURE_EXAMPLE = "'late [N] = mine.py:late'"  # correct user-defined measure, which error texts show
 
@@ -118,8 +118,12 @@ def _read_parameter_table(given: Any, context: Context) -> dict[str, str | Varia
 
 
 MOTOR_POINT_EXAMPLE = "'0 rpm, 60 N m'"  # correct point of a motor curve, which error texts show
-MOTOR_SPEED_QUANTITY = Quantity("rad/s", minimum=0.0, help="speed of a motor")  # in a point of a motor curve
-MOTOR_TORQUE_QUANTITY = Quantity("N m", minimum=0.0, help="torque of a motor")  # in a point of a motor curve
+
+# unit, bounds and help text of the speed in a point of a motor curve
+MOTOR_SPEED_QUANTITY = Quantity("rad/s", minimum=0.0, help="speed of a motor")
+
+# unit, bounds and help text of the torque in a point of a motor curve
+MOTOR_TORQUE_QUANTITY = Quantity("N m", minimum=0.0, help="torque of a motor")
 
 
 def read_motor(points: Sequence[str], of: str = "", ratio: float = 1.0) -> MotorCurve:

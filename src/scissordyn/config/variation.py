@@ -47,13 +47,13 @@ FIT_EXAMPLE = "'H7/g6 at 10 mm'"  # correct fit, which error texts show
 TOLERANCE_SIGNS = ("+-", "±", "+/-")  # spellings of the sign before a tolerance
 # Correct tolerances, which error texts show
 TOLERANCE_EXAMPLES = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
-PERCENT_ALLOWED = ", or %", TOLERANCE_EXAMPLES  # end of an error about a tolerance's unit, and example
+PERCENT_ALLOWED = ", or %", TOLERANCE_EXAMPLES  # end of an error text about the unit of a tolerance, and correct tolerances
 TOLERANCE_SHAPES = ("uniform", "norm", "triang")
 """Shapes of the distribution within a tolerance; a normal distribution has its limits at three standard deviations."""
 
 EACH_PATTERN = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # pattern of a variation that ends in ", each"
 
-# Pattern of a distribution, its arguments and unit
+# Pattern of a parameter's probability distribution with its arguments and unit
 DISTRIBUTION_CALL = re.compile(r"\s*([a-z_0-9]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
 DIGITS_MAX = 18  # [digits] longest integer in "20 values"; Python reads at most 4300 digits
 HYPHEN_RANGE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # pattern of a range with "-" instead of ".."

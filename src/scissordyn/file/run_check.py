@@ -16,11 +16,12 @@ if TYPE_CHECKING:
 
 VECTOR_DIMS, ANGLE_DIMS = ("time", "body", "axis"), ("time", "body")  # dimensions of positions and of angles of bodies
 
-MOTION_VARIABLE_DIMS = {  # dimensions of the variables of the bodies' motion
+# Dimensions of the variables of a run with the motion of its bodies
+MOTION_VARIABLE_DIMS = {
     **dict.fromkeys(("position", "velocity", "acceleration"), VECTOR_DIMS),
     **dict.fromkeys(("angle", "angular_velocity", "angular_acceleration"), ANGLE_DIMS),
 }
-# variables of every run with an energy or a work
+# names of the variables of every run that are an energy or a work
 ENERGY_VARIABLES = ("kinetic_energy", "potential_energy", "drive_work", "dissipated_energy", "energy_residual")
 
 # variables of every run that have a finite value at every instant
@@ -39,9 +40,9 @@ CONTACT_VARIABLES = (
     *("contact_start", "approach_speed", "contact_angle", "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"),
     *("contact_duration", "rebound_speed"),
 )
-"""Variables along the dimension `contact`, in addition to `contact_joint`."""
+"""Names of the variables of a run along the dimension `contact`, in addition to `contact_joint`."""
 
-# variables along the dimension `event`, with NumPy's letter for the kind of their values
+# variables of a run along the dimension `event`, with NumPy's letter for the kind of their values
 EVENT_VARIABLES = {"event_time": "f", "event_loss": "f", "event_name": "U", "event_kind": "U"}
 
 PEAK_DIMS = {
@@ -51,9 +52,10 @@ PEAK_DIMS = {
     "peak_coordinate_drive_force": "coordinate_drive",
     "peak_coupling_force": "coupling",
 }
-"""Dimensions of largest values; a run with one of them has its instant too, as `NAME_time`."""
+"""Dimension of each variable of a run with largest values; the run contains their instants too, as `NAME_time`."""
 
-UNIT_DIMS = ("coordinate_drive", "coupling")  # dimensions along which units differ, each with a variable `DIM_unit`
+# dimensions of a run along which units differ; a variable `DIM_unit` contains the units
+UNIT_DIMS = ("coordinate_drive", "coupling")
 
 NAME_COORDINATES = ("body", "joint", "axis")  # coordinates of a run whose entries are names
 

@@ -55,7 +55,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import Quantity, quantities
 
 # Correct coordinates of couplings and drives, which error texts show
-COORDINATE_EXAMPLES = (  # correct coordinates, which error texts show
+COORDINATE_EXAMPLES = (
     '{ angle = "planet", base = "arm" }, { slide = "rack.tip", direction = "0 deg" } or { distance = ["a.end", "b.end"] }'
 )
 

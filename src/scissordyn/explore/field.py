@@ -34,7 +34,7 @@ SLIDER_FIELDS = ("clearance", "speed", "kinetic", "angle", "end", "duration", "l
 SLIDER_TABLES = ("drive", "control", "clearance", "guide_clearance")
 
 # Reader of one table of a case file, by name of the table
-TABLE_READERS: Mapping[str, Reader] = {  # Reader of one table, by name of the table
+TABLE_READERS: Mapping[str, Reader] = {
     "drive": DriveTable.reader(),
     "control": ControlTable.reader(),
     "wear": WEAR_READER,

@@ -28,7 +28,7 @@ After them only the last of these contacts changes its mode, until there are few
 
 LINEARISATIONS_MAX = 4  # Largest number of linearisations of elastic contact laws in a time step
 
-# Largest number of linearisations of compliant contact laws in a time step; these are less smooth
+# Largest number of linearisations in a step with compliant contact laws, less smooth than elastic ones
 COMPLIANT_LINEARISATIONS_MAX = 12
 
 RECENT_STEPS = 15

@@ -18,7 +18,10 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_bend, part_curvature, part_slope
 
 PIVOT_MIN = 0.1
-"""Smallest pivot of an eliminated internal state, times hg (step size times gamma); below it the step is repeated, shorter."""
+"""[-] smallest pivot of an internal state that is eliminated from an implicit step, times step size times gamma.
+
+Below it, the step is repeated with a shorter size.
+"""
 
 
 @kernel

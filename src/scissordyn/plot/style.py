@@ -31,8 +31,8 @@ BLACK, GREY, LIGHT = "#222222", "#767676", "#E4E4E4"
 
 LINE_WIDTH = 1.0  # [pt] width of curves in all pictures
 
-TIME_MAP = "plasma"  # Colour map of instants
-CLEARANCE_MAP = "viridis"  # Colour map of clearances and of other ordered families of curves
+TIME_MAP = "plasma"  # Colour map for points or curves at successive instants
+CLEARANCE_MAP = "viridis"  # Colour map for curves at successive clearances or other ordered values
 OUTSIDE = VERMILION  # Colour of curves and points outside a tolerance or requirement
 
 

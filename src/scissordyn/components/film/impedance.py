@@ -20,7 +20,8 @@ TABLE = Path(__file__).parent / "finite.npz"  # File with the impedances of fini
 GAPS, DIRECTIONS = 20, 33
 """Numbers of nodes of the impedance table: by root of least film thickness, and by direction psi from 0 to pi."""
 
-TABLE_THICKNESS_MIN = 1e-3  # [clearances] least film thickness in the impedance table; below, a long bearing's growth is used
+# [clearances] least film thickness in the impedance table; thinner films are extrapolated as in a long bearing
+TABLE_THICKNESS_MIN = 1e-3
 
 POWERS = 1.5, 1.0, 2.0
 """Exponents of one over the film thickness: growth of radial force, tangential force and pressure towards contact.

@@ -40,7 +40,7 @@ Numbers outside are rejected as mistakes, because their powers exceed the range 
 priority.
 """
 
-ANY_RANGE = (1e-30, 1e30)  # range of units that are not listed
+ANY_RANGE = (1e-30, 1e30)  # smallest positive and largest plausible number in a unit that `RANGES` does not contain
 
 
 @dataclass(frozen=True)

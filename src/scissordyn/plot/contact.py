@@ -13,7 +13,7 @@ from scissordyn.record.results import Curve, Run, along, curve_of, values_at
 from scissordyn.record.summary import actuator_limits
 
 TORQUE_VARIABLES = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
-"""Of actuators and motors: variable of the torque, dimension of its sources, variable of its largest values."""
+"""Variables of a run for each kind of torque source: torque, dimension of the sources, largest torque."""
 
 
 @dataclass(frozen=True)

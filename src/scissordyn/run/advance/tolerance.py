@@ -13,6 +13,7 @@ from scissordyn.laws.evaluate import friction_states
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import rates
+from scissordyn.tolerance import ROUND_OFF_TOL
 
 FRICTION_STATE_FACTOR = 100.0
 """Error weight of friction states divided by the requested tolerance.
@@ -75,7 +76,7 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
         scale = max((body.extent for body in plan.bodies), default=1.0) or 1.0
     rates(system, 0.0, y.copy())
     fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=plan.mechanism.gravity if n else 0.0))
-    duration = math.sqrt(scale / fastest) if 0.0 < fastest < math.inf else 1.0
+    duration = math.sqrt(scale / fastest) if ROUND_OFF_TOL * scale < fastest < math.inf else 1.0  # round-off, per s^2, is rest
     size, mass = plan.coordinates.size, sum(body.mass for body in plan.bodies)
     internal = _internal_weights(plan, content, rtol=rtol, atol=atol, torque=scale / duration**2 * size * mass)
     position = atol * scale / reach

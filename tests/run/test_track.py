@@ -12,6 +12,7 @@ from scissordyn.config.template import template
 from scissordyn.model.commanded import rigid
 from scissordyn.plan.plan import plan
 from scissordyn.run.ideal_path import ideal_path
+from scissordyn.run.trajectory import compute
 from scissordyn.units import short
 
 ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))  # Driven array with ideal joints
@@ -112,6 +113,17 @@ def test_a_latch_does_not_end_the_commanded_path(tmp_path):
     np.testing.assert_allclose(run["track_position"].values[-1, 0], locked, rtol=1e-8)
     assert float(run["track_deviation"][-1, 0]) == pytest.approx(np.linalg.norm(locked - end), rel=1e-6)
     np.testing.assert_allclose(run["deviation_part"].sel(part="servo")[-1, 0], locked - end, rtol=1e-6)
+
+
+def test_steps_of_a_locked_mechanism(tmp_path):
+    """Limit: a mechanism that a latch has locked needs few steps, also if it started with an acceleration of round-off."""
+    text = template("slider-crank", ["servo", "tip", "latch"])
+    assert text.count('end = "90 deg", duration') == 1
+    case = build.case_of(tmp_path, text.replace('end = "90 deg", duration', 'end = "90.9 deg", duration'))
+    mechanism = case.mechanism.ideal().replace("latch.angle", math.radians(114.624318352))  # crank at 90 deg
+    path = compute(plan(mechanism), sd.Options(until=case.run.until, method="dop853", most_steps=1000))
+    assert path.status == "complete"
+    assert len(path.log) == 1  # the latch
 
 
 def test_errors_of_the_path_are_no_deviation():

@@ -202,6 +202,7 @@ def test_a_printed_servo_has_the_natural_frequency_that_is_said():
         ("scissor", ["servos"], [], "did you mean 'servo'"),
         ("scissor", ["servo", "motor"], [], "both drive the structure"),
         ("scissor", ["latch"], [], "--with servo,latch"),
+        ("mast", ["rod", "latch"], [], "--with servo,latch"),
         ("scissor", ["servo"], ["payload.mass=3 kg"], "the file has no [payload]"),
         ("scissor", ["servo"], ["trip.mass=3 kg"], "the file has no [trip]"),
         ("scissor", ["servo"], ["drive.trapezoidal.duration=3 s"], "trapezoidal"),

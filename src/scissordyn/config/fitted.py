@@ -382,8 +382,8 @@ def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: 
     if len(drives) > 1:
         both = f"{drives[0]} and {drives[1]} both drive the structure"
         raise InputError(both, "one driving part", f"--with {command(drives[0])}")
-    if "latch" in names and not drives:
-        raise InputError("a latch cannot lock against a prescribed drive", "a latch with a servo", "--with servo,latch")
+    if "latch" in names and drives in ([], ["rod"]):
+        raise InputError("a latch cannot lock against a prescribed motion", "a latch with a servo", "--with servo,latch")
     start = mechanism.body(mechanism.input_body).placed_angle
     drive = changes("drive", _move(_without_round_off(start), _without_round_off(start + turn), "rad"))
     motion = instance(DriveTable, drive, {}).motion()

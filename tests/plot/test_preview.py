@@ -168,6 +168,18 @@ def test_every_body_of_an_array_is_in_a_dyad():
     assert not dyads(plan(sd.hoberman_ring(units=6).driven(speed=1.0)))
 
 
+def test_transmission_angle_with_turned_axes():
+    """Identity: the direction of a coupler's own axes does not change the transmission angle."""
+    linkage = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=1.0)
+    bar, turn = linkage.body("coupler"), 0.4
+    cos, sin = math.cos(turn), math.sin(turn)
+    points = {name: (cos * x - sin * y, sin * x + cos * y) for name, (x, y) in bar.points.items()}
+    turned = dataclasses.replace(bar, points=points, angle=bar.angle - turn)
+    other = linkage.with_parts({"bodies": tuple(turned if body is bar else body for body in linkage.bodies)})
+    first, second = (sd.ideal_kinematics(each, until=1.0)["transmission_angle"].values for each in (linkage, other))
+    np.testing.assert_allclose(second, first, rtol=1e-11)
+
+
 def test_range_of_motion():
     """Closed form: a double rocker locks at the angles of the law of cosines, a lift with upright bars."""
     linkage = sd.four_bar(ground=0.2, crank=0.15, coupler=0.12, rocker=0.1).driven(speed=1.0)

@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 
 import numpy as np
 import pytest
@@ -158,6 +159,22 @@ def test_slider_in_a_pin_comes_to_rest(angle, friction):
     assert float(run["damping_loss"][-1]) == pytest.approx(PUSH * GAP, rel=1e-9)
     assert run["normal_force"].values[-1, 0] == pytest.approx(PUSH, rel=1e-9)
     assert float(run["friction_loss"][-1]) == 0.0
+
+
+def test_warning_of_contacts_that_stick_at_rest():
+    """Closed form: a falling mass with e = 1/2 rests after 3 sqrt(2 c/g); a run warns that its contact sticks from then on."""
+    for friction, sticks in ((sd.LuGre(kinetic=0.3), True), (sd.NoFriction(), False)):
+        gap = sd.Clearance(GAP, damping=sd.LankaraniNikravesh(0.5), contact="hard", friction=friction)
+        mass = sd.Body("mass", 1.0, None, {"c": (0.0, 0.0)})
+        pin = sd.Revolute("pin", ("mass", "c"), ("ground", "o"), gap)
+        falling = sd.Mechanism((mass,), joints=(pin,), ground=(("o", (0.0, 0.0)),), gravity=9.81)
+        run = sd.simulate(falling, until=0.5, start="concentric", samples=5001)
+        texts = [text for text in warnings_of(run) if text.startswith("at rest or jammed")]
+        assert len(texts) == sticks
+        if sticks:
+            assert texts[0].endswith("nothing moves, and the contacts of 'pin' stick")
+            rest = float(re.search("from t = (.*) s on", texts[0])[1])
+            assert rest == pytest.approx(3.0 * math.sqrt(2.0 * GAP / 9.81), abs=1e-4)
 
 
 @pytest.mark.parametrize("count", [3, 5])

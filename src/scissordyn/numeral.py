@@ -5,11 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from decimal import ROUND_HALF_UP, Decimal
+from typing import Any
 
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}  # unit prefixes by power of ten
 DIGITS_MIN = 3  # smallest number of significant digits in a printed value
 COLUMN_DIGITS = 4  # significant digits of the largest number in a column; it determines the decimals of all numbers
 PLAIN_DIGITS_MAX = 7  # numbers with more digits before or after the decimal point are written with a power of ten
+
+
+def finite_or_none(value: Any) -> Any:
+    """Return a value for a JSON text: None for a number that is not finite, which JSON does not have."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def prefix(largest: float, low: int = -12, high: int = 9, *, from_tenth: bool = False) -> int:

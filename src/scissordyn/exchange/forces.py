@@ -21,6 +21,7 @@ from scissordyn.model.body import Body
 from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.section import read_material
+from scissordyn.numeral import finite_or_none
 from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, oiled_joints
 from scissordyn.tolerance import ASSEMBLY_TOL
 from scissordyn.units import checked
@@ -269,7 +270,7 @@ def _plain(value: Any) -> Any:
     """Return a number, or nested lists of numbers, with each value that is not finite replaced by None."""
     if isinstance(value, list):
         return [_plain(part) for part in value]
-    return value if math.isfinite(value) else None
+    return finite_or_none(value)
 
 
 def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, section: str, material: str = "steel") -> bytes:

@@ -23,6 +23,7 @@ from scissordyn.kinematics.singular import (
     suspected_samples,
 )
 from scissordyn.mechanics.time_function import breaks_of
+from scissordyn.numeral import finite_or_none
 from scissordyn.plan.plan import Plan
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 
@@ -217,7 +218,7 @@ class DriveInertia:
 
     def plain(self) -> dict[str, Any]:
         """Return the fields by name, for a JSON text; None if an inertia is infinite or not determined."""
-        return {name: None if value in (math.inf, None) or value != value else value for name, value in asdict(self).items()}
+        return {name: finite_or_none(value) for name, value in asdict(self).items()}
 
     def __str__(self) -> str:
         start, end, largest = (

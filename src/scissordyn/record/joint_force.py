@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from scissordyn.errors import InputError, printable
+from scissordyn.numeral import finite_or_none
 from scissordyn.record.results import Run, along, values_at
 from scissordyn.record.transmitted import START_DURATION
 from scissordyn.units import short
@@ -38,7 +39,7 @@ def _plain(value: Any) -> Any:
         return value.plain()
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return finite_or_none(value)
 
 
 def clearance_joints(run: Run) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import command
+from scissordyn.numeral import finite_or_none
 from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.studies.answer.answers import Answers
 from scissordyn.studies.answer.section import Section
@@ -263,9 +264,7 @@ def _facts_of_requirements(
         if fraction.label in margins:
             numbers |= {"value": margins[fraction.label].value, "margin": margins[fraction.label].margin}
         numbers |= values.get(fraction.label, {})
-        finite = {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in numbers.items()
-        }
+        finite = {name: finite_or_none(value) for name, value in numbers.items()}
         yield {"kind": "requirement", "part": fraction.label, "numbers": finite}
     if point is not None:
         yield {"kind": "point", "part": str(point.point), "numbers": dict(point.numbers)}

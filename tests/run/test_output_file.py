@@ -2,7 +2,6 @@
 
 import os
 import random
-import resource
 import signal
 import stat
 import sys
@@ -35,6 +34,8 @@ def run():
 
 def save_with_limit(run, target, room):
     """Save a run although files may only have a given size."""
+    import resource  # Windows has no such module
+
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
     try:
         sd.save(run, target)

@@ -208,9 +208,9 @@ def end_of_fall(run: xr.Dataset) -> float:
         return 0.0
     joint, start = run["contact_joint"].values, run["contact_start"].values
     duration = np.where(np.isnan(run["contact_duration"].values), run.attrs["end"] - start, run["contact_duration"].values)
-    lasting = start[duration > start]
-    settled = {name: lasting[joint[duration > start] == name] for name in clearance_joints(run)}
-    return max((float(starts[0]) if starts.size else 0.0 for starts in settled.values()), default=0.0)
+    lasting = duration > start
+    settled = [start[lasting & (joint == name)] for name in clearance_joints(run)]
+    return max((float(starts[0]) for starts in settled if starts.size), default=0.0)
 
 
 @checked

@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # so that the help of a command does not load libraries
     from rich.console import Console
 
 DONE, BUG, BAD_INPUT, UNFINISHED, INTERRUPTED = 0, 1, 2, 3, 130
-"""Exit statuses of all commands."""
+"""Exit statuses of all commands. 3: a run failed, but its results until then are kept. 130: 128 + SIGINT, as in shells."""
 
 # exit status of a command, by status of its run
 EXIT_STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINISHED}

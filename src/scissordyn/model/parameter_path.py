@@ -19,7 +19,7 @@ from scissordyn.model.walk import Declared, Route, at, declared, is_described, r
 from scissordyn.model.walk import Place as Place
 from scissordyn.units import Quantity, quantities
 
-Whole = TypeVar("Whole", bound=Parts)
+AnyParts = TypeVar("AnyParts", bound=Parts)
 
 GROUPS = {
     "all": ("*",),
@@ -187,12 +187,14 @@ def _selects_one_place(mechanism: Parts, path: str) -> bool:
         return False
 
 
-def changed(mechanism: Whole, parameter: str, value: Any) -> Whole:
+def changed(mechanism: AnyParts, parameter: str, value: Any) -> AnyParts:
     """Return the mechanism with a new value at each place that a parameter path selects."""
     return changed_all(mechanism, {parameter: value})
 
 
-def changed_all(mechanism: Whole, changes: Mapping[str, Any], places: Mapping[str, Sequence[Place]] | None = None) -> Whole:
+def changed_all(
+    mechanism: AnyParts, changes: Mapping[str, Any], places: Mapping[str, Sequence[Place]] | None = None
+) -> AnyParts:
     """Return the mechanism with new values at several parameter paths."""
     new: dict[str, Any] = {}
     numbers = True

@@ -31,7 +31,7 @@ Named = TypeVar("Named", Body, Revolute, Guide)
 
 @dataclass(frozen=True)
 class Parts:
-    """Parts of a mechanism by kind, not yet checked."""
+    """Parts of a mechanism by kind; `Mechanism` checks that they fit each other."""
 
     bodies: tuple[Body, ...]
     joints: tuple[Revolute, ...] = ()

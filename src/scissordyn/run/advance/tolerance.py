@@ -76,7 +76,8 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
         scale = max((body.extent for body in plan.bodies), default=1.0) or 1.0
     rates(system, 0.0, y.copy())
     fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=plan.mechanism.gravity if n else 0.0))
-    duration = math.sqrt(scale / fastest) if ROUND_OFF_TOL * scale < fastest < math.inf else 1.0  # round-off, per s^2, is rest
+    # an acceleration that moves no point by this length within a million seconds is round-off of a mechanism at rest
+    duration = math.sqrt(scale / fastest) if ROUND_OFF_TOL * scale < fastest < math.inf else 1.0
     size, mass = plan.coordinates.size, sum(body.mass for body in plan.bodies)
     internal = _internal_weights(plan, content, rtol=rtol, atol=atol, torque=scale / duration**2 * size * mass)
     position = atol * scale / reach
